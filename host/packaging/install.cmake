@@ -19,11 +19,6 @@ list(JOIN cxx_runtime " " cxx_runtime)
 install(TARGETS dermis_core dermis_library EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 if(DERMIS_CLI)
     install(TARGETS dermis-cli)
-    if(NOT CMAKE_CROSSCOMPILING) # its manual page is what it prints itself
-        install(CODE "execute_process(COMMAND $<TARGET_FILE:dermis-cli> man OUTPUT_FILE ${PROJECT_BINARY_DIR}/dermis.1
-            COMMAND_ERROR_IS_FATAL ANY)")
-        install(FILES ${PROJECT_BINARY_DIR}/dermis.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-    endif()
 endif()
 file(GLOB documents RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS *.md CITATION.cff LICENSE bench/*.md bench/*.png bench/evidence/*
     host/*.md

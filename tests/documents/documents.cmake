@@ -55,7 +55,7 @@ elseif(claim STREQUAL "scenes")
 
 # An unknown key is refused with those that are known there: each has its line in the table of its section.
 elseif(claim STREQUAL "keys")
-    run(${python} ${CMAKE_CURRENT_LIST_DIR}/keys.py ${dermis} ${source}/host/lab/scenes/README.md ${work})
+    run(${python} ${CMAKE_CURRENT_LIST_DIR}/keys.py ${dermis} ${source}/host/lab/scenes/README.md)
 
 # A link within the repository leads somewhere.
 elseif(claim STREQUAL "links")

@@ -1,38 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""keys.py DERMIS PAGE FOLDER: every key that the reader of scenes knows has a line in the tables of the page."""
+"""keys.py DERMIS PAGE [--write]: the tables of the page are those of the list of keys; --write makes them so.
+
+A table stands below a line <!-- keys of TABLE -->, as `load` or `load.window`, or `top` for the top of a file.
+"""
 import pathlib
 import re
 import subprocess
 import sys
 
-command, page, folder = sys.argv[1:]
-empty = pathlib.Path(folder, "empty.toml")
-empty.parent.mkdir(parents=True)
-empty.write_text("")
-sections = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", pathlib.Path(page).read_text(), re.M | re.S))
-names = [heading[1:-1] for heading in sections if re.fullmatch(r"\[\w+\]", heading)]
-
-
-def known(section):
-    """The keys of a section, from the error that names them."""
-    key = f"{section}.no_such_key" if section else "no_such_key"
-    run = subprocess.run([command, "run", empty, "--out", folder, "--set", f"{key}=1"], capture_output=True, text=True)
-    found = re.search(r"no such key here; known: (.*)", run.stderr)
-    if run.returncode != 2 or not found:
-        sys.exit(f"{key}: not refused with the known keys: {run.stderr}")
-    return set(found.group(1).split(", "))
-
-
-def listed(heading):
-    """The keys in the first column of a section's table."""
-    return set(re.findall(r"`(\w+)`", " ".join(re.findall(r"^\|([^|]*)\|", sections[heading], re.M))))
-
-
-missing = []
-for name in names:
-    missing += [f"[{name}] {key}" for key in sorted(known(name) ^ listed(f"[{name}]"))]
-top = listed("Top of the file") | set(names)
-missing += sorted(known("") ^ top)
-if missing:
-    sys.exit(f"{page}: in the page or in the reader alone: {', '.join(missing)}")
-print(f"{len(names)} sections, every key listed")
+command, page = sys.argv[1], pathlib.Path(sys.argv[2])
+listed = subprocess.run([command, "run", "--keys", "all"], capture_output=True, text=True, check=True).stdout
+tables = {(name or "top"): rows for name, rows in
+          re.findall(r"^(?:\[(.*?)\]|Top of the file)\n\n((?:\|.*\n)+)", listed, re.M)}
+text = page.read_text()
+marked = re.compile(r"(<!-- keys of (\S+) -->\n)((?:\|.*\n)*)")
+unknown = {name for _, name, _ in marked.findall(text)} ^ tables.keys()
+if unknown or not tables:
+    sys.exit(f"{page}: in the page or in the list alone: {', '.join(sorted(unknown))}")
+right = marked.sub(lambda found: found[1] + tables[found[2]], text)
+if "--write" in sys.argv:
+    page.write_text(right)
+elif right != text:
+    sys.exit(f"{page}: other tables than the list of keys; to write them anew: python3 {' '.join(sys.argv)} --write")
+print(f"{len(tables)} tables, as the list of keys")

@@ -163,7 +163,7 @@ TEST_CASE("what receptors and outputs cannot be, and values of another kind, are
          {"[surface]\npath = 3", "2: surface.path = 3; allowed: a text in quotes"},
          {table + "times = 3", "3: load.times = 3; allowed: a list in [ ]"},
          {"[material]\nelements = [3]", "2: material.elements = 3; allowed: tables { modulus = Pa, viscosity = Pa s }"},
-         {"[output]\nfields = [3]", "2: output.fields = 3; allowed: tables { at = seconds, what = [...] }"},
+         {"[output]\nfields = [3]", "2: output.fields = 3; allowed: tables { at = .., what = .. }"},
          {"preset = \"thumb\"", "1: preset = \"thumb\"; allowed: \"fingertip\""}});
     CHECK(refusal(Error::Code::bad_input, [] { Scene::from_string("[sites.density]\nsa1 = 3"); }) ==
           "scene: grid.spacing = (not given); allowed: metres, required for sites by density");
@@ -225,7 +225,7 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
                           "spacing; with load.control = \"depth\" as \"mm\"";
     check(
         folder,
-        {{grating + "direction = 1", "1: load.grating.wavelength = (not given); allowed: a length > 0"},
+        {{grating + "direction = 1", "1: load.grating.wavelength = (not given); allowed: a finite number > 0"},
          {grating + "wavelength = 0", "2: load.grating.wavelength = 0" + positive},
          {waves + "direction = nan", "3: load.grating.direction = nan; allowed: -1e9..1e9"},
          {waves + "velocity = inf",
@@ -247,7 +247,7 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
          {window + "fall = -1", "4: load.window.fall = -1" + least_0},
          {window + "fall = 1", "4: load.window.fall = 1; allowed: only with load.window.until"},
          {"[load.taxels]\nspacing = 1", "1: load.taxels = (given); allowed: only with load.kind = \"sequence\""},
-         {taxels, "8: load.taxels.spacing = (not given); allowed: a length > 0"},
+         {taxels, "8: load.taxels.spacing = (not given); allowed: a finite number > 0"},
          {taxels + "spacing = 0", "9: load.taxels.spacing = 0" + positive},
          {taxels + "spacing = 1\norigin = [nan, 0]", "10: load.taxels.origin = nan" + any_finite},
          {taxels + "spacing = 1\ncolumns = 0", "10: load.taxels.columns = 0; allowed: 1..16384"},
@@ -309,5 +309,5 @@ TEST_CASE("what crests, indenters, several loads and nerve fibres cannot be is r
          {fibre + "gains = [[nan, 0]]", "1: afferents[0].gains = nan" + any_finite},
          {fibre + "refractory_time = 0", "1: afferents[0].refractory_time = 0" + positive},
          {fibre + "after = [{ amplitude = inf, time = 1 }]", "1: afferents[0].after.amplitude = inf" + any_finite},
-         {fibre + "after = [1]", "3: afferents.after = 1; allowed: tables { amplitude = a number, time = seconds }"}});
+         {fibre + "after = [1]", "3: afferents.after = 1; allowed: tables { amplitude = .., time = .. }"}});
 }

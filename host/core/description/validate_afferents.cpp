@@ -2,6 +2,7 @@
 // The checks of nerve fibres.
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/checks.hpp"
+#include "host/core/description/skin_keys.hpp"
 
 #include <algorithm>
 
@@ -10,9 +11,6 @@ namespace {
 
 void check_filter(const std::string& at, const AfferentModel& m) {
     const std::string times = at + ".time_constants", frequency = at + ".frequency", quality = at + ".quality";
-    for (double time : m.time_constants) need_positive(times.c_str(), time);
-    if (m.frequency) need_positive(frequency.c_str(), *m.frequency);
-    if (m.quality) need_positive(quality.c_str(), *m.quality);
     if (m.frequency.has_value() != m.quality.has_value())
         refuse(m.frequency ? quality : frequency, "(not given)", "a number > 0: frequency and quality belong together");
     const size_t poles = m.time_constants.size() + (m.frequency ? 2 : 0);
@@ -27,18 +25,11 @@ void check_filter(const std::string& at, const AfferentModel& m) {
 }
 
 void check_model(const std::string& at, const AfferentModel& m) {
+    check_rows(at + ".", m);
     check_filter(at, m);
-    need_finite((at + ".value").c_str(), m.value);
-    need_finite((at + ".rate").c_str(), m.rate);
     for (const auto& pair : m.gains)
         for (double gain : pair) need_finite((at + ".gains").c_str(), gain);
-    need_positive((at + ".membrane_time").c_str(), m.membrane_time);
-    need_positive((at + ".refractory_time").c_str(), m.refractory_time);
-    need(finite(m.reset) && m.reset < 1, (at + ".reset").c_str(), m.reset, "a finite number < 1");
-    for (const AfterCurrent& a : m.after) {
-        need_finite((at + ".after.amplitude").c_str(), a.amplitude);
-        need_positive((at + ".after.time").c_str(), a.time);
-    }
+    for (const AfterCurrent& current : m.after) check_rows(at + ".after.", current);
 }
 
 // Fills in the cells of the class's sites, or checks the cells given.
@@ -72,7 +63,7 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
         check_model(at, *a.model);
         take_cells(at, d, a);
         const std::string endings = at + ".endings";
-        need(a.endings >= 1 && a.endings <= 64, endings.c_str(), a.endings, "1 to 64");
+        check_rows(at + ".", a);
         need(a.cells.size() % size_t(a.endings) == 0, endings.c_str(), a.endings,
              "a divisor of the number of receptors, " + std::to_string(a.cells.size()));
     }

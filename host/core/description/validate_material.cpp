@@ -2,6 +2,7 @@
 // The checks of material, stencil, edges and receptors.
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/checks.hpp"
+#include "host/core/description/skin_keys.hpp"
 
 #include <cmath>
 
@@ -52,8 +53,7 @@ void check_chain(const Material& m, const Grid& grid) {
                "1 to 8, with material.spring and material.dashpot beside them");
     for (size_t i = 0; i < m.elements.size(); ++i)
         check_element(m.elements[i], "material.elements[" + std::to_string(i) + "]", "its modulus", grid);
-    if (m.spring) need_positive("material.spring", *m.spring);
-    if (m.dashpot) need_positive("material.dashpot", *m.dashpot);
+    check_rows("material.", m);
 }
 
 void check_edges(const SkinDescription& s) {
@@ -68,13 +68,13 @@ void check_depths(SkinDescription& s) {
     Receptors& r = s.receptors;
     const bool strain = r.kernel == Receptors::Kernel::strain;
     if (strain) r.poisson = r.poisson.value_or(0.4);
-    if (r.poisson) need(*r.poisson >= 0 && *r.poisson <= 0.5, "receptors.poisson", *r.poisson, "0..0.5");
+    check_rows("receptors.", r);
+    check_rows("receptors.depth.", r.depth);
     if (!has_depth(r)) return;
     for (const ReceptorClass& c : receptor_classes) {
         std::optional<double>& depth = r.depth.*c.depth;
         if (!depth) continue;
         const std::string key = std::string("receptors.depth.") + name(c.type);
-        need_not_negative(key.c_str(), *depth);
         need(*depth > 0 || !strain, key.c_str(), *depth, "m, > 0 with receptors.kernel = \"strain\"");
         need(s.grid.spacing.has_value(), key.c_str(), *depth, "only with grid.spacing");
         need(is_uniform(s.material), key.c_str(), *depth,
@@ -135,8 +135,6 @@ void check_curvature_and_receptors(SkinDescription& s) {
     check_edges(s);
     if (!s.surface.curvature.empty() && (*s.stencil == Stencil::published || *s.edges == Edges::published))
         refuse("surface.curvature", "(given)", "none with the published stencil or edges");
-    if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
-    for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
     check_depths(s);
 }
 

@@ -2,6 +2,7 @@
 // The checks of grid, surface and sites, and the order of all checks of a skin.
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/checks.hpp"
+#include "host/core/description/skin_keys.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,6 @@ void take_ridge_period(SkinDescription& s) {
     const double period = *f.ridge_period;
     need(s.grid.spacing.has_value(), "surface.ridge_period", period, "only with grid.spacing");
     need(!f.ridges, "surface.ridges", f.ridges.value_or(0), "not beside surface.ridge_period");
-    need_positive("surface.ridge_period", period);
     if (f.kind == Surface::Kind::map) return; // its ridges are in its heights
     const double periods = s.grid.width * *s.grid.spacing / period;
     f.ridges = f.kind == Surface::Kind::wave ? periods : 2 * std::numbers::pi * periods; // see cells_per_ridge()
@@ -37,30 +37,19 @@ void need_inside(const std::string& parameter, Cell c, const Grid& g) {
                "[x, y] with x in 0.." + std::to_string(g.width - 1) + ", y in 0.." + std::to_string(g.height - 1));
 }
 
-void check_grid(const Grid& grid) {
-    for (auto [key, cells] : {std::pair{"grid.width", grid.width}, {"grid.height", grid.height}})
-        need(cells >= 1 && cells <= 16384, key, cells, "whole cells, 1..16384");
-    if (grid.spacing) need_positive("grid.spacing", *grid.spacing);
-}
+void check_grid(const Grid& grid) { check_rows("grid.", grid); }
 
 void check_surface(SkinDescription& s) {
     Surface& f = s.surface;
-    const bool ridged = f.kind == Surface::Kind::wave || f.kind == Surface::Kind::spiral;
-    for (auto [key, value] : {std::pair{"surface.ridges", &f.ridges},
-                              {"surface.noise", &f.noise},
-                              {"surface.noise_length", &f.noise_length}})
-        need(ridged || !*value, key, value->value_or(0), "only with surface.kind \"wave\" or \"spiral\"");
+    check_rows("surface.", f);
     const bool map = f.kind == Surface::Kind::map;
-    need(ridged || map || !f.ridge_period, "surface.ridge_period", f.ridge_period.value_or(0),
+    need(of_ridges.holds(f) || map || !f.ridge_period, "surface.ridge_period", f.ridge_period.value_or(0),
          "only with surface.kind \"wave\", \"spiral\" or \"file\"");
     take_ridge_period(s);
     const bool wave = f.kind == Surface::Kind::wave;
     if (!f.ridges) f.ridges = wave ? 15 : 25;
     if (!f.noise) f.noise = wave ? 2 : 0.5;
     if (!f.noise_length) f.noise_length = wave ? 50 : 40;
-    need_finite("surface.ridges", *f.ridges);
-    need_not_negative("surface.noise", *f.noise);
-    need_positive("surface.noise_length", *f.noise_length);
     if (map) need_map("surface.path", f.map, s.grid);
     if (f.curvature.empty()) return;
     need(map, "surface.curvature", double(f.curvature.size()), "only with surface.kind \"file\"");
@@ -77,9 +66,7 @@ void check_lengths(SkinDescription& s) {
              "only with grid.spacing; without it the scene is dimensionless");
         if (!*value) *value = 1;
     }
-    need_positive("surface.relief", *s.surface.relief);
-    need_not_negative("material.thickness", *s.material.thickness);
-    need_finite("material.curvature_length", *s.material.curvature_length);
+    check_rows("material.", s.material);
 }
 
 void check_sites(const SkinDescription& s) {

@@ -20,6 +20,12 @@ nanobind_add_stub(dermis_python_stub
     OUTPUT ${DERMIS_GENERATED}/_core.pyi
     PYTHON_PATH $<TARGET_FILE_DIR:dermis_python>
     DEPENDS dermis_python)
+# Its keyword objects for the tables of a scene are written from the list of keys.
+add_custom_command(OUTPUT ${DERMIS_GENERATED}/_tables.py
+    COMMAND ${Python_EXECUTABLE} ${PROJECT_SOURCE_DIR}/host/doors/python/tables.py $<TARGET_FILE_DIR:dermis_python> ${DERMIS_GENERATED}/_tables.py
+    DEPENDS dermis_python host/doors/python/tables.py VERBATIM)
+add_custom_target(dermis_python_tables ALL DEPENDS ${DERMIS_GENERATED}/_tables.py)
+install(FILES ${DERMIS_GENERATED}/_tables.py DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
 install(TARGETS dermis_python LIBRARY DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
 # A release has the command too, as the program `dermis` beside Python.
 if(DERMIS_BUNDLED AND DERMIS_CLI)

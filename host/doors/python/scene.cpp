@@ -2,6 +2,7 @@
 // Scenes from texts, files, and maps and sites in memory.
 #include "host/lab/scenes/scene.hpp"
 #include "host/doors/python/pickle.hpp"
+#include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/units.hpp"
 #include <nanobind/stl/variant.h>
 
@@ -141,6 +142,25 @@ void bind_scene(nb::module_& m) {
             "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");
     m.def(
         "unit_of_key", [](string_view key) { return scene::unit_of_key(std::string(key)); }, nb::arg("key"));
+    m.def(
+        "key_rows",
+        [] {
+            nb::typed<nb::list, nb::typed<nb::dict, nb::str, nb::str>> rows;
+            for (const scene::KeyRow& row : scene::key_rows()) {
+                nb::dict all;
+                for (auto [name, text] : {std::pair{"table", &row.table},
+                                          {"name", &row.name},
+                                          {"unit", &row.unit},
+                                          {"by_default", &row.by_default},
+                                          {"allowed", &row.allowed},
+                                          {"says", &row.says},
+                                          {"type", &row.type}})
+                    all[name] = *text;
+                rows.append(all);
+            }
+            return rows;
+        },
+        "Return the keys of a scene file, each a dict of texts.");
     m.def("maps", maps_of, nb::arg("scene"),
           "Return the maps that a scene is made of, float64 of shape (height, width) each: \"surface\" (m with a\n"
           "spacing), \"rest_curvature\" (1/m) and \"pressure\" (Pa, where the envelope is 1).");

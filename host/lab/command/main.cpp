@@ -8,7 +8,6 @@
 #include "host/lab/command/bench_errors.hpp"
 #include "host/lab/command/fit.hpp"
 #include "host/lab/command/json_answers.hpp"
-#include "host/lab/command/man_page.hpp"
 #include "host/lab/command/settings.hpp"
 #include "host/lab/command/sweep.hpp"
 #include "host/lab/command/touch.hpp"
@@ -18,6 +17,7 @@
 #include "host/lab/output/python.hpp"
 #include "host/lab/output/spikes.hpp"
 #include "host/lab/output/warnings.hpp"
+#include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
@@ -67,7 +67,7 @@ struct Arguments {
     std::string scene, out, folder, device = "auto", precision;
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
-    bool check = false, resume = false, json = false, errors = false;
+    bool check = false, resume = false, json = false, errors = false, verbose = false;
     int pads = 1;
     FitArguments fit;
 };
@@ -78,23 +78,6 @@ std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt:
 std::string shown_estimate(double estimate, double greatest) {
     return fmt::format("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|", estimate,
                        greatest > 0 ? 100 * estimate / greatest : 0);
-}
-
-// Prints the figures by which a user judges a result, and its warnings.
-void print_scene(const Scene& s, const Result& r) {
-    const auto span = [](double a, double b) {
-        return a == b ? fmt::format("{:.6g}", a) : fmt::format("{:.6g}..{:.6g}", a, b);
-    };
-    fmt::print("tau = {} s, z = dt/tau = {}\n", span(r.tau_min, r.tau_max),
-               span(s.time.step / r.tau_max, s.time.step / r.tau_min));
-    if (r.model == Model::sites) {
-        fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
-    } else {
-        fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
-        fmt::print("{}\n", shown_estimate(r.stencil_estimate, r.greatest_curvature));
-        if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
-    }
-    for (const std::string& warning : output::warnings(s, r)) fmt::print("warning: {}\n", warning);
 }
 
 std::string engineering(double x) {
@@ -192,25 +175,44 @@ int explain_scene(const Arguments& a) {
     return 0;
 }
 
-// Prints what a run took, what it means, and what to open first.
-void print_result(const Arguments& a, const Scene& scene, const Result& r) {
-    print_refused(r);
-    const double cells = double(scene.grid.width) * scene.grid.height;
-    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", a.scene, scene.grid.width, scene.grid.height,
-               r.steps, name(scene.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
-    if (a.check) fmt::print(" with the other backend and the comparison\n");
-    else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
-    print_scene(scene, r);
-    print_reduced("", scene, r.reduced);
-    if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}", r.predicted_error);
+// Prints the error of a result as far as it is known.
+void print_error(const Scene& scene, const Result& r) {
+    if (std::isnan(r.predicted_error)) return;
+    fmt::print("error at most {:.2g}", r.predicted_error);
     if (!std::isnan(r.measured_error))
         fmt::print(", measured {:.2g} (in pressed cells: {})", r.measured_error, r.measured_cells);
     else if (scene.tolerance) fmt::print(", nothing measured");
-    if (!r.unmeasured.empty()) fmt::print("; not measured: {}", r.unmeasured);
-    if (!std::isnan(r.predicted_error)) fmt::print("\n");
-    if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
+    fmt::print("{}\n", r.unmeasured.empty() ? "" : fmt::format("; not measured: {}", r.unmeasured));
+}
+
+// Prints how a result was computed, and the figures of the whole skin.
+void print_details(const Arguments& a, const Scene& s, const Result& r) {
+    const auto span = [](double from, double to) {
+        return from == to ? fmt::format("{:.6g}", from) : fmt::format("{:.6g}..{:.6g}", from, to);
+    };
+    print_refused(r);
+    const double cells = double(s.grid.width) * s.grid.height;
+    fmt::print("{} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", s.grid.width, s.grid.height, r.steps,
+               name(s.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
+    if (a.check) fmt::print(" with the other backend and the comparison\n");
+    else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
+    print_reduced("", s, r.reduced);
+    fmt::print("tau = {} s, z = dt/tau = {}\n", span(r.tau_min, r.tau_max),
+               span(s.time.step / r.tau_max, s.time.step / r.tau_min));
+    if (r.model == Model::sites) return fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
+    fmt::print("greatest |l*C| = {:.4g}\n{}\n", r.greatest_gain,
+               shown_estimate(r.stencil_estimate, r.greatest_curvature));
+    if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
+}
+
+// Prints a result, what is wrong with it, and what to open first.
+void print_result(const Arguments& a, const Scene& scene, const Result& r) {
     for (const std::string& line : output::greatest_responses(scene, r)) fmt::print("{}\n", line);
     if (!scene.afferents.empty()) fmt::print("{}\n", output::spikes_line(scene, r));
+    print_error(scene, r);
+    if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
+    for (const std::string& warning : output::warnings(scene, r)) fmt::print("warning: {}\n", warning);
+    if (a.verbose) print_details(a, scene, r);
     const char* first = r.traces.empty() && !r.responses.empty() ? "receptors.csv" : "traces.csv";
     fmt::print("open first: {}\n", (output::Path(a.out) / first).string());
 }
@@ -374,8 +376,30 @@ void add_fit(CLI::App& command, FitArguments& a) {
     command.add_option("--out", a.out, "Folder for material.toml, fit.csv and fit.png");
 }
 
+// Prints the keys whose dotted name begins so, as load or load.radius, or all, as tables of Markdown.
+void print_keys(const std::string& asked) {
+    std::string table = "?";
+    bool found = false;
+    for (const scene::KeyRow& row : scene::key_rows()) {
+        const std::string dotted = row.table + row.name;
+        if (asked != "all" && !dotted.starts_with(asked) && row.name != asked) continue;
+        if (row.table != table) {
+            table = row.table;
+            fmt::print("{}{}\n\n| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n",
+                       found ? "\n" : "",
+                       table.empty() ? "Top of the file" : "[" + table.substr(0, table.size() - 1) + "]");
+        }
+        found = true;
+        fmt::print("| `{}` | {} | {} | {} | {} |\n", row.name, row.unit, row.by_default, row.allowed, row.says);
+    }
+    if (!found)
+        throw Error(Error::Code::bad_input, "--keys",
+                    "--keys " + asked +
+                        ": no such table or key; allowed: all, or the beginning of a key, as load.radius");
+}
+
 struct Commands {
-    CLI::App *run, *plot, *plan, *bench, *fit, *devices, *check, *man;
+    CLI::App *run, *plot, *plan, *bench, *fit, *devices, *check;
 };
 
 Commands add_commands(CLI::App& app, Arguments& a) {
@@ -386,8 +410,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
         .bench = app.add_subcommand("bench", "Say how long a press of a scene's skin takes on this machine"),
         .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
         .devices = app.add_subcommand("devices", "List devices"),
-        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path"),
-        .man = app.add_subcommand("man", "Print the manual page, for man -l")};
+        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path")};
     add_scene(*all.run, a);
     all.run->add_option("--out", a.out, "Folder for the results")->required();
     add_backend(*all.run, a);
@@ -396,6 +419,16 @@ Commands add_commands(CLI::App& app, Arguments& a) {
                       "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
     add_json(*all.run, a, "Print the summary.json of each run, and nothing else");
     add_overrides(*all.run, a);
+    all.run
+        ->add_option_function<std::string>(
+            "--keys",
+            [](const std::string& asked) {
+                print_keys(asked);
+                throw CLI::Success();
+            },
+            "Print the keys of a scene file that begin so, as load or load.radius, or all; each with unit and range")
+        ->type_name("KEY")
+        ->trigger_on_parse();
     all.plot->add_option("folder", a.folder, "The --out of a run")->required();
     add_scene(*all.plan, a);
     add_backend(*all.plan, a);
@@ -415,11 +448,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     return all;
 }
 
-int execute(const CLI::App& app, const Commands& commands, const Arguments& a) {
-    if (*commands.man) {
-        fmt::print("{}", man_page(app));
-        return 0;
-    }
+int execute(const Commands& commands, const Arguments& a) {
     if (*commands.run) return run_scene(a);
     if (*commands.plot) return plot_folder(a.folder);
     if (*commands.plan) return explain_scene(a);
@@ -477,7 +506,7 @@ int command(const std::vector<std::string>& given) {
         if (e.get_exit_code() == 0) return app.exit(e); // --help and --version
         throw Error(Error::Code::bad_input, "", e.what());
     }
-    return execute(app, commands, arguments);
+    return execute(commands, arguments);
 }
 
 // Throws unless all that was printed has been written.

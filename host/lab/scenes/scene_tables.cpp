@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/scene_tables.hpp"
+#include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/named_maps.hpp"
+#include "host/lab/scenes/read_rows.hpp"
 
 namespace dermis::scene {
 namespace {
 
 void read_grid(Section table, Grid& grid) {
-    table.whole_number("width", grid.width);
-    table.whole_number("height", grid.height);
-    table.number("spacing", grid.spacing);
+    read_rows<Grid>(table, grid, nullptr);
     table.finish();
-    // The size is checked here because the tables that follow may name maps of this size.
-    for (auto [key, cells] : {std::pair{"width", grid.width}, {"height", grid.height}})
-        if (cells < 1 || cells > 16384) refuse(table.parameter(key), std::to_string(cells), "whole cells, 1..16384");
-}
-
-// Reads a length, which has no unit where the grid has no spacing.
-template <class Number> void read_length(Section& table, const char* key, const Grid& grid, Number& value) {
-    table.permit(key, grid.spacing || !table.has_text(key), "a number of cells: the grid has no spacing");
-    table.number(key, value);
+    check_rows("grid.", grid); // here, because the tables that follow may name maps of this size
 }
 
 // Refuses heights in metres that would be multiplied by the relief of a preset.
@@ -61,11 +53,7 @@ void read_surface(Section table, const Grid& grid, const PathBase& folder, Surfa
         refuse(table.parameter("spacing"), shortest(*spacing), "a finite number > 0");
     const FileMap file = map_in(table, path, spacing ? nullptr : &grid, folder);
     if (map) take_map(file, spacing, grid, table, surface);
-    table.number("ridges", surface.ridges);
-    read_length(table, "ridge_period", grid, surface.ridge_period);
-    table.number("noise", surface.noise);
-    table.number("noise_length", surface.noise_length);
-    read_length(table, "relief", grid, surface.relief);
+    read_rows<Surface>(table, surface, &grid);
     table.finish();
 }
 
@@ -94,9 +82,7 @@ KelvinVoigt element_in(const toml::node& node, const std::string& parameter, con
 }
 
 void read_material(Section table, const Grid& grid, const PathBase& folder, Material& material) {
-    if (const auto file = table.text("relaxation_file"))
-        refuse(table.parameter("relaxation_file"), "\"" + *file + "\"",
-               "none; dermis fit " + *file + " prints the table [material] of this curve, to stand here");
+    table.permit("relaxation_file", false, "none; dermis fit FILE prints the table [material] of the curve, to stand here");
     if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation")) {
         material.elements.clear(); // a preset's
         material.spring.reset();
@@ -113,67 +99,15 @@ void read_material(Section table, const Grid& grid, const PathBase& folder, Mate
     const bool relaxes = table.has("relaxation");
     Section relaxation = table.section("relaxation");
     Relaxation measured;
-    relaxation.list("moduli", measured.moduli, number_in);
-    relaxation.list("times", measured.times, number_in);
-    relaxation.number("equilibrium", measured.equilibrium);
+    read_rows<Relaxation>(relaxation, measured, &grid);
     relaxation.finish();
-    table.number("spring", material.spring);
-    table.number("dashpot", material.dashpot);
+    read_rows<Material>(table, material, &grid);
     for (const char* key : {"modulus", "viscosity"})
         table.permit(key, !is_chain(material) && !relaxes, "not beside material.elements or material.relaxation");
     for (const char* key : {"elements", "spring", "dashpot"})
         table.permit(key, !relaxes, "not beside material.relaxation, which gives the elements");
     if (relaxes) material.elements = dermis::chain_of(measured);
-    read_length(table, "thickness", grid, material.thickness);
-    read_length(table, "curvature_length", grid, material.curvature_length);
     table.finish();
-}
-
-// Reads the envelope's keys of the table [load], each of which belongs to one kind of envelope or to some.
-void read_envelope(Section& table, Envelope& e) {
-    using Kind = Envelope::Kind;
-    table.choice("envelope", e.kind);
-    const auto permit = [&](const char* key, bool permitted) {
-        table.permit(key, permitted, "only with another load.envelope");
-    };
-    permit("start", e.kind == Kind::step || e.kind == Kind::ramp || e.kind == Kind::pulse);
-    table.number("start", e.start);
-    for (auto [key, value, kind] : {std::tuple{"rise", &e.rise, Kind::ramp},
-                                    {"frequency", &e.frequency, Kind::sine},
-                                    {"phase", &e.phase, Kind::sine},
-                                    {"mean", &e.mean, Kind::sine},
-                                    {"amplitude", &e.amplitude, Kind::sine},
-                                    {"length", &e.length, Kind::pulse},
-                                    {"period", &e.period, Kind::pulse}}) {
-        permit(key, e.kind == kind);
-        table.number(key, *value);
-    }
-    for (auto [key, values] : {std::pair{"times", &e.times}, {"values", &e.values}}) {
-        permit(key, e.kind == Kind::table);
-        table.list(key, *values, number_in);
-    }
-}
-
-void read_window(Section window, bool given, std::optional<Envelope::Window>& of) {
-    Envelope::Window w;
-    window.number("start", w.start);
-    window.number("rise", w.rise);
-    window.number("until", w.until);
-    window.number("fall", w.fall);
-    window.finish();
-    if (given) of = w;
-}
-
-void read_grating(Section table, bool given, const Grid& grid, std::optional<Grating>& grating) {
-    Grating g;
-    read_length(table, "wavelength", grid, g.wavelength);
-    table.number("direction", g.direction);
-    table.number("velocity", g.velocity);
-    table.list("amplitudes", g.amplitudes, number_in);
-    table.list("phases", g.phases, number_in);
-    table.finish();
-    if (given && !table.has("wavelength")) refuse(table.parameter("wavelength"), "(not given)", "a length > 0");
-    if (given) grating = g;
 }
 
 void read_texture(Section& table, bool given, const Grid& grid, const PathBase& folder,
@@ -183,26 +117,9 @@ void read_texture(Section& table, bool given, const Grid& grid, const PathBase& 
     if (given && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
     const FileMap file = map_in(table, path ? folder.file(*path) : "", nullptr, folder);
     t.map = file.values, t.width = file.width, t.height = file.height;
-    read_length(table, "spacing", grid, t.spacing);
-    std::vector<double> velocity = {t.velocity[0], t.velocity[1]};
-    table.list("velocity", velocity, number_in);
-    if (velocity.size() != 2)
-        refuse(table.parameter("velocity"), std::to_string(velocity.size()) + " numbers", "two, [vx, vy]");
-    t.velocity = {velocity[0], velocity[1]};
+    read_rows<Texture>(table, t, &grid);
     table.finish();
     if (given) texture = t;
-}
-
-std::array<double, 2> lengths_in(Section& table, const char* key, const Grid& grid,
-                                 const std::array<double, 2>& by_default) {
-    std::vector<double> pair(by_default.begin(), by_default.end());
-    table.list(key, pair, [&](const toml::node& node, const std::string& parameter) {
-        const auto* text = node.as_string();
-        const std::optional<double> length = text && grid.spacing ? length_with_unit(**text) : std::nullopt;
-        return length ? *length : number_in(node, parameter);
-    });
-    if (pair.size() != 2) refuse(table.parameter(key), std::to_string(pair.size()) + " numbers", "two, [x, y]");
-    return {pair[0], pair[1]};
 }
 
 // Reads what 1 in a recording is: a unit, or a number with its unit, of pressure, force or depth.
@@ -210,9 +127,9 @@ void read_unit(Section& table, const Grid& grid, const Load& load, Taxels& t) {
     if (!table.has_text("unit")) return table.number("unit", t.unit);
     const std::string text = *table.text("unit"), one = begins_as_number(text) ? text : "1 " + text;
     const bool depth = load.control == Load::Control::depth;
-    t.unit = number_with_unit(depth ? "load.depth" : "load.intensity", one);
+    t.unit = number_in_unit(depth ? "m" : "Pa", one);
     if (!t.unit && !depth && grid.spacing)
-        if (const auto force = number_with_unit("load.force", one)) t.unit = *force / (t.spacing * t.spacing);
+        if (const auto force = number_in_unit("N", one)) t.unit = *force / (t.spacing * t.spacing);
     if (!t.unit) refuse(table.parameter("unit"), "\"" + text + "\"", allowed_unit);
 }
 
@@ -225,12 +142,7 @@ void read_offset(Section& table, Taxels& t) {
 
 void read_taxels(Section table, bool given, const Grid& grid, Load& load) {
     Taxels t;
-    read_length(table, "spacing", grid, t.spacing);
-    t.origin = lengths_in(table, "origin", grid, t.origin);
-    table.choice("spread", t.spread);
-    table.whole_number("columns", t.columns);
-    table.whole_number("rows", t.rows);
-    table.whole_number("skip", t.skip);
+    read_rows<Taxels>(table, t, &grid, given);
     read_unit(table, grid, load, t);
     read_offset(table, t);
     std::optional<double> rate;
@@ -238,7 +150,6 @@ void read_taxels(Section table, bool given, const Grid& grid, Load& load) {
     table.permit("sampling_rate", !load.interval, "not beside load.interval");
     table.finish();
     if (!given) return;
-    if (!table.has("spacing")) refuse(table.parameter("spacing"), "(not given)", "a length > 0");
     if (rate && !(*rate > 0 && finite(1 / *rate)))
         refuse(table.parameter("sampling_rate"), shortest(*rate), "a finite number > 0");
     if (rate) load.interval = 1 / *rate;
@@ -250,8 +161,8 @@ void read_intensity(Section& table, Load& load) {
     if (load.control != Load::Control::depth || !table.has_text("intensity"))
         return table.number("intensity", load.intensity);
     const std::string text = *table.text("intensity");
-    const std::optional<double> depth = number_with_unit("load.depth", text);
-    if (!depth) refuse(table.parameter("intensity"), "\"" + text + "\"", allowed_number("load.depth"));
+    const std::optional<double> depth = number_in_unit("m", text);
+    if (!depth) refuse(table.parameter("intensity"), "\"" + text + "\"", allowed_in_unit("m"));
     load.intensity = *depth;
 }
 
@@ -260,61 +171,20 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
     load.map = map_in(table, map ? load.path : "", &grid, folder).values;
-    table.number("interval", load.interval);
-    table.choice("hold", load.hold);
-    table.cell("center", grid, load.center);
-    table.cells("radius", grid, load.radius);
-    table.cells("radius_y", grid, load.radius_y);
-    table.number("ball_radius", load.ball_radius);
-    table.choice("control", load.control);
+    read_rows<Load>(table, load, &grid);
+    read_rows<Envelope>(table, load.envelope, &grid);
     read_intensity(table, load);
-    table.choice("contact", load.contact);
-    table.number("contact_share", load.contact_share);
-    read_length(table, "contact_length", grid, load.contact_length);
-    read_envelope(table, load.envelope);
     const bool recorded = table.has("taxels");
     read_taxels(table.section("taxels"), recorded, grid, load);
     const bool slides = table.has("texture");
     Section texture = table.section("texture");
     read_texture(texture, slides, grid, folder, load.texture);
-    const bool window = table.has("window"), grating = table.has("grating");
-    read_window(table.section("window"), window, load.envelope.window);
-    read_grating(table.section("grating"), grating, grid, load.grating);
     table.finish();
 }
 
-void read_time(Section table, Time& time) {
-    table.number("step", time.step);
-    table.number("duration", time.duration);
-    table.finish();
-}
-
-void read_curvature(Section table, Scene& scene) {
-    table.choice("stencil", scene.stencil);
-    table.choice("edges", scene.edges);
-    table.finish();
-}
-
-void read_receptors(Section table, Receptors& receptors) {
-    table.number("sa2_adaptation", receptors.sa2_adaptation);
-    table.choice("fa2", receptors.fa2);
-    std::vector<double> gains = {receptors.fa2_gains[0], receptors.fa2_gains[1]};
-    table.list("fa2_gains", gains, number_in);
-    if (gains.size() != 2) {
-        const std::string key = table.parameter("fa2_gains");
-        throw Error(Error::Code::bad_input, key,
-                    key + " has " + std::to_string(gains.size()) + " numbers; allowed: two, [k_plus, k_minus]");
-    }
-    receptors.fa2_gains = {gains[0], gains[1]};
-    Section depths = table.section("depth");
-    for (const ReceptorClass& c : receptor_classes) depths.number(name(c.type), receptors.depth.*c.depth);
-    depths.finish();
-    Section follow = table.section("follow");
-    follow.choice("sa1", receptors.follow.sa1);
-    follow.choice("sa2", receptors.follow.sa2);
-    follow.finish();
-    table.choice("kernel", receptors.kernel);
-    table.number("poisson", receptors.poisson);
+// Reads a table that has no key but its rows.
+template <class Rows, class T> void read_table(Section table, T& to, const Grid& grid) {
+    read_rows<Rows>(table, to, &grid);
     table.finish();
 }
 
@@ -329,7 +199,7 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     Section densities = table.section("density");
     const auto named = [&](const ReceptorClass& c) { return densities.has(name(c.type)); };
     if (std::any_of(std::begin(receptor_classes), std::end(receptor_classes), named)) density = {0, 0, 0, 0};
-    for (const ReceptorClass& c : receptor_classes) densities.number(name(c.type), density.*c.density);
+    read_rows<Density>(densities, density, &grid);
     densities.finish();
     int seed = 1;
     table.whole_number("seed", seed);
@@ -340,17 +210,7 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
 std::array<double, 2> pair_in(const toml::node& node, const std::string& parameter) {
     const toml::array* pair = node.as_array();
     if (!pair || pair->size() != 2) refuse(parameter, node, "a pair, [for positive values, for negative values]");
-    return {number_in((*pair)[0], parameter), number_in((*pair)[1], parameter)};
-}
-
-AfterCurrent after_current_in(const toml::node& node, const std::string& parameter) {
-    if (!node.is_table()) refuse(parameter, node, "tables { amplitude = a number, time = seconds }");
-    Section table(node.as_table(), parameter + ".");
-    AfterCurrent current;
-    table.number("amplitude", current.amplitude);
-    table.number("time", current.time);
-    table.finish();
-    return current;
+    return {number_in((*pair)[0], parameter, ""), number_in((*pair)[1], parameter, "")};
 }
 
 // Replaces the first entries by those of a list, and the others by `rest`.
@@ -368,51 +228,21 @@ void read_up_to(Section& table, const char* key, std::array<T, n>& values, const
 // Keys of the model replace the numbers of the class. drawn: the sites are drawn by density.
 Afferents afferents_in(Section table, const Grid& grid, bool drawn) {
     Afferents a;
-    table.choice("class", a.type);
-    table.cells("cells", grid, a.cells);
-    table.choice("follow", a.follow);
-    table.whole_number("endings", a.endings);
+    read_rows<Afferents>(table, a, &grid);
     if (a.endings != 1 && drawn && !table.has("cells"))
         refuse(table.parameter("endings"), std::to_string(a.endings),
                "1 with sites.density, which draws receptors anywhere on the pad; or give the receptors that belong "
                "together by cells or sites.path");
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
-    table.list("time_constants", m.time_constants, number_in);
-    for (auto [key, value] : {std::pair{"frequency", &m.frequency}, {"quality", &m.quality}}) table.number(key, *value);
-    for (auto [key, value] : {std::pair{"value", &m.value},
-                              {"rate", &m.rate},
-                              {"membrane_time", &m.membrane_time},
-                              {"refractory_time", &m.refractory_time},
-                              {"reset", &m.reset}})
-        table.number(key, *value);
+    read_rows<AfferentModel>(table, m, &grid);
     read_up_to(table, "gains", m.gains, {0, 0}, pair_in);
-    read_up_to(table, "after", m.after, AfterCurrent(), after_current_in);
+    read_up_to(table, "after", m.after, AfterCurrent(), item_in<AfterCurrent>);
     table.finish();
-    const bool given = std::ranges::any_of(std::array{"time_constants", "frequency", "quality", "value", "rate",
-                                                      "membrane_time", "refractory_time", "reset", "gains", "after"},
-                                           [&](const char* key) { return table.has(key); });
+    bool given = false;
+    each_row<AfferentModel>([&](const auto& key) { given |= table.has(key.name); });
     if (given) a.model = m;
     return a;
-}
-
-FieldRequest field_in(const toml::node& node, const std::string& parameter) {
-    if (!node.is_table()) refuse(parameter, node, "tables { at = seconds, what = [...] }");
-    Section table(node.as_table(), parameter + ".");
-    FieldRequest request;
-    table.number("at", request.at);
-    table.list("what", request.what, choice_in<Quantity>);
-    table.finish();
-    if (!table.has("at") || request.what.empty()) refuse(parameter, node, "both at and what");
-    return request;
-}
-
-void read_output(Section table, const Grid& grid, Output& output) {
-    table.list("traces", output.traces, choice_in<Quantity>);
-    table.boolean("extremes", output.extremes);
-    table.cells("probes", grid, output.probes);
-    table.list("fields", output.fields, field_in);
-    table.finish();
 }
 
 // Returns the scene with which the file's keys begin: a preset, or the defaults.
@@ -425,11 +255,7 @@ Scene preset_in(Section& top) {
 
 Scene read_all(Section top, const PathBase& folder) {
     Scene scene = preset_in(top);
-    top.choice("method", scene.method);
-    top.choice("model", scene.model);
-    top.choice("precision", scene.precision);
-    top.number("tolerance", scene.tolerance);
-    top.boolean("allow_unstable", scene.allow_unstable);
+    read_rows<Scene>(top, scene, nullptr);
     Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material");
     std::vector<Section> loads = top.sections("load");
     Section time = top.section("time"), curvature = top.section("curvature"), receptors = top.section("receptors"),
@@ -442,11 +268,11 @@ Scene read_all(Section top, const PathBase& folder) {
     read_material(material, scene.grid, folder, scene.material);
     read_load(loads.front(), scene.grid, folder, scene.load);
     for (size_t i = 1; i < loads.size(); ++i) read_load(loads[i], scene.grid, folder, scene.more_loads.emplace_back());
-    read_time(time, scene.time);
-    read_curvature(curvature, scene);
-    read_receptors(receptors, scene.receptors);
+    read_table<Time>(time, scene.time, scene.grid);
+    read_table<CurvatureTable>(curvature, scene, scene.grid);
+    read_table<Receptors>(receptors, scene.receptors, scene.grid);
     scene.sites = sites_in(sites, scene.grid, folder);
-    read_output(output, scene.grid, scene.output);
+    read_table<Output>(output, scene.output, scene.grid);
     const bool drawn = sites.has("density") || sites.has("seed");
     for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid, drawn));
     if (!fibres) scene.afferents.clear(); // of no table
@@ -461,10 +287,8 @@ Scene read_tables(const toml::table& file, const std::filesystem::path& folder, 
 }
 
 std::vector<std::string> known_keys() {
-    std::vector<std::string> keys, no_files;
-    FileMaps no_maps;
-    read_all(Section(nullptr, "", &keys),
-             {"", {}, no_maps, no_files}); // the readers ask for every key, whatever a file has
+    std::vector<std::string> keys;
+    for (const KeyRow& row : key_rows()) keys.push_back(row.table + row.name);
     return keys;
 }
 

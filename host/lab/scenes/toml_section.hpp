@@ -43,12 +43,12 @@ inline std::string listed(const std::vector<std::string>& words, const char* sep
     return list;
 }
 
-inline double number_in(const toml::node& node, const std::string& parameter) {
+inline double number_in(const toml::node& node, const std::string& parameter, std::string_view unit) {
     if (node.is_integer()) return double(**node.as_integer());
     if (node.is_floating_point()) return **node.as_floating_point();
     if (const auto* text = node.as_string())
-        if (const std::optional<double> number = number_with_unit(parameter, **text)) return *number;
-    refuse(parameter, node, allowed_number(parameter));
+        if (const std::optional<double> number = number_in_unit(unit, **text)) return *number;
+    refuse(parameter, node, allowed_in_unit(unit));
 }
 
 inline int whole_number_in(const toml::node& node, const std::string& parameter) {
@@ -86,22 +86,27 @@ template <class Enum> Enum choice_in(const toml::node& node, const std::string& 
 // keys have been read, refuses a key that nobody has read.
 class Section {
   public:
-    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.". known: the list to
-    // which finish() appends the dotted name of every key that was asked for; null: none.
-    Section(const toml::table* table, std::string prefix, std::vector<std::string>* known = nullptr)
-        : table_(table), prefix_(std::move(prefix)), known_(known) {}
+    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.".
+    Section(const toml::table* table, std::string prefix) : table_(table), prefix_(std::move(prefix)) {}
 
     // Returns the dotted name of a key, as in "load.radius".
     std::string parameter(const char* key) const { return prefix_ + key; }
     bool has(const char* key) const { return table_ && table_->contains(key); }
     bool has_text(const char* key) const { return has(key) && table_->get(key)->is_string(); }
+    // Whether it is a text, or a list with one.
+    bool has_texts(const char* key) const {
+        const toml::array* list = has(key) ? table_->get(key)->as_array() : nullptr;
+        return has_text(key) || (list && std::ranges::any_of(*list, [](auto& item) { return item.is_string(); }));
+    }
     // Refuses the key, where the table has it, unless it is permitted.
     void permit(const char* key, bool permitted, const char* allowed) const {
         if (has(key) && !permitted) refuse(parameter(key), *table_->get(key), allowed);
     }
 
-    template <class Number> void number(const char* key, Number& value) {
-        if (const toml::node* node = find(key)) value = number_in(*node, parameter(key));
+    // unit: in which a number stands; null: the one that the list of keys has.
+    template <class Number> void number(const char* key, Number& value, const char* unit = nullptr) {
+        const toml::node* node = find(key);
+        if (node) value = number_in(*node, parameter(key), unit ? unit : unit_of_key(parameter(key)));
     }
     template <class Number> void whole_number(const char* key, Number& value) {
         if (const toml::node* node = find(key)) value = whole_number_in(*node, parameter(key));
@@ -155,7 +160,7 @@ class Section {
         for (const toml::node& item : *list) {
             const std::string name = parameter(key) + "[" + std::to_string(all.size()) + "]";
             if (!item.is_table()) refuse(name, item, "a table");
-            all.push_back(Section(item.as_table(), name + ".", known_));
+            all.push_back(Section(item.as_table(), name + "."));
         }
         return all;
     }
@@ -163,13 +168,10 @@ class Section {
         const toml::node* node = find(key);
         tables_.push_back(key);
         if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
-        return Section(node ? node->as_table() : nullptr, parameter(key) + ".", known_);
+        return Section(node ? node->as_table() : nullptr, parameter(key) + ".");
     }
 
     void finish() const {
-        for (const std::string& key : read_)
-            if (known_ && std::find(tables_.begin(), tables_.end(), key) == tables_.end())
-                known_->push_back(prefix_ + key);
         if (!table_) return;
         for (auto&& [key, node] : *table_)
             if (!read_.count(std::string(key.str()))) refuse_unknown(std::string(key.str()), node);
@@ -203,7 +205,6 @@ class Section {
     const toml::table* table_;
     std::string prefix_;
     std::set<std::string> read_;
-    std::vector<std::string>* known_;
     std::vector<std::string> tables_; // the keys in read_ that are tables
 };
 

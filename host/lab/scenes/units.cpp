@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/units.hpp"
 
+#include "host/lab/scenes/key_rows.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -10,23 +12,11 @@
 namespace dermis::scene {
 namespace {
 
-struct KeyUnit {
-    std::string_view keys; // each between blanks, without their tables
-    std::string_view unit, example;
+struct Example {
+    std::string_view unit, text;
 };
-constexpr KeyUnit key_units[] = {
-    {" modulus moduli equilibrium spring intensity ", "Pa", "20 kPa"},
-    {" viscosity dashpot ", "Pa s", "3 kPa s"},
-    {" spacing ridge_period relief thickness curvature_length contact_length wavelength ball_radius depth ", "m",
-     "0.4 mm"},
-    {" step duration start rise until fall length period times interval sa2_adaptation at time_constants rate "
-     "membrane_time refractory_time time ",
-     "s", "5 ms"},
-    {" frequency sampling_rate ", "Hz", "0.25 kHz"},
-    {" phase phases direction ", "rad", "0.5 rad"},
-    {" velocity ", "m/s", "40 mm/s"},
-    {" force ", "N", "5 mN"},
-};
+constexpr Example examples[] = {{"Pa", "20 kPa"},   {"Pa s", "3 kPa s"}, {"m", "0.4 mm"},    {"s", "5 ms"},
+                                {"Hz", "0.25 kHz"}, {"rad", "0.5 rad"},  {"m/s", "40 mm/s"}, {"N", "5 mN"}};
 
 struct Prefix {
     std::string_view text;
@@ -35,15 +25,9 @@ struct Prefix {
 constexpr Prefix prefixes[] = {{"", 0},   {"G", 9},         {"M", 6},         {"k", 3}, {"c", -2}, {"m", -3},
                                {"u", -6}, {"\xc2\xb5", -6}, {"\xce\xbc", -6}, {"n", -9}}; // both signs for micro
 
-const KeyUnit* unit_of(const std::string& parameter) {
-    for (size_t end = parameter.size(); end != parameter.npos;) { // the key, else the table it is in
-        const size_t dot = parameter.rfind('.', end - 1);
-        const std::string key = " " + parameter.substr(dot + 1, end - dot - 1) + " ";
-        for (const KeyUnit& k : key_units)
-            if (k.keys.find(key) != k.keys.npos) return &k;
-        end = dot;
-    }
-    return nullptr;
+const Example* example_of(std::string_view unit) {
+    const auto* found = std::ranges::find(examples, unit, &Example::unit);
+    return found == std::end(examples) ? nullptr : found;
 }
 
 // Returns a unit with one blank for each sign of a product, so that "Pa s", "Pa*s" and "Pa.s" are one; the last sign is
@@ -74,12 +58,13 @@ bool begins_as_number(const std::string& text) {
     return first != text.npos && std::string_view("+-.0123456789").find(text[first]) != std::string_view::npos;
 }
 
-std::optional<double> number_with_unit(const std::string& parameter, const std::string& text) {
-    const KeyUnit* key = unit_of(parameter);
-    if (!key || !begins_as_number(text)) return {};
+bool can_be_in(std::string_view unit) { return example_of(unit) != nullptr; }
+
+std::optional<double> number_in_unit(std::string_view of, const std::string& text) {
+    if (!can_be_in(of) || !begins_as_number(text)) return {};
     const size_t unit = text.find_first_not_of("+-.0123456789eE", text.find_first_not_of(' '));
     if (unit == text.npos) return {};
-    const std::optional<int> power = exponent_of(with_blanks(text.substr(unit)), key->unit);
+    const std::optional<int> power = exponent_of(with_blanks(text.substr(unit)), of);
     if (!power) return {};
     // The prefix joins the decimal exponent, so that the number is rounded once.
     const std::string number(without_plus(trimmed(text.substr(0, unit))));
@@ -110,15 +95,19 @@ std::optional<int> cell_at(double place, const Grid& grid) {
 
 std::optional<int> nearest_cells(double length, const Grid& grid) { return whole(std::round(length / *grid.spacing)); }
 
-std::string unit_of_key(const std::string& key) {
-    const KeyUnit* of = unit_of(key);
-    return std::string(of ? of->unit : "");
+std::string unit_of_key(const std::string& parameter) {
+    std::string key; // without the places in lists
+    for (size_t at = 0, end; at < parameter.size(); at = end == parameter.npos ? end : parameter.find(']', end) + 1)
+        end = parameter.find('[', at), key += parameter.substr(at, end - at);
+    const auto& rows = key_rows();
+    const auto row = std::ranges::find_if(rows, [&](const KeyRow& r) { return r.table + r.name == key; });
+    return row == rows.end() ? "" : row->unit;
 }
 
-std::string allowed_number(const std::string& parameter) {
-    const KeyUnit* key = unit_of(parameter);
-    if (!key) return "a number";
-    return "a number in " + std::string(key->unit) + ", or with its unit, as \"" + std::string(key->example) + "\"";
+std::string allowed_in_unit(std::string_view unit) {
+    const Example* example = example_of(unit);
+    if (!example) return "a number";
+    return "a number in " + std::string(unit) + ", or with its unit, as \"" + std::string(example->text) + "\"";
 }
 
 } // namespace dermis::scene

@@ -26,22 +26,25 @@ bool read_number(std::string_view text, double& value);
 
 // Whether a text begins as a number does.
 bool begins_as_number(const std::string& text);
-// Returns the number in the key's unit: the double nearest to the decimal number, as 0.005 for "5 ms". Nothing if the
-// text is something else, or its unit is not the key's, or the key has no unit.
-std::optional<double> number_with_unit(const std::string& parameter, const std::string& text);
-// What a key of numbers takes, in words.
-std::string allowed_number(const std::string& parameter);
+// Whether numbers may have this unit with them, as "Pa" and unlike "cells".
+bool can_be_in(std::string_view unit);
+// Returns the number in a unit: the double nearest to the decimal number, as 0.005 for "5 ms" in "s". Nothing if the
+// text is something else, or its unit is another one, or no number can have this unit with it.
+std::optional<double> number_in_unit(std::string_view unit, const std::string& text);
+// What a number in a unit takes, in words.
+std::string allowed_in_unit(std::string_view unit);
 constexpr char whole_or_length[] = "whole cells, or a length with its unit, as \"3 mm\"";
 constexpr char allowed_unit[] = // of a recording
     "what 1 in the file is, as unit = \"kPa\", \"12 Pa\" for counts of 12 Pa, \"-12 Pa\" for counts that fall with "
     "pressure, \"mN\" for the forces of taxels in a grid with spacing; with load.control = \"depth\" as \"mm\"";
 // Returns a length in m; nothing if the text is something else.
-inline std::optional<double> length_with_unit(const std::string& text) { return number_with_unit("spacing", text); }
+inline std::optional<double> length_with_unit(const std::string& text) { return number_in_unit("m", text); }
 // Returns the cell of a row or a column that has a place, m from its beginning; of a place between two cells, the one
 // behind it. nearest_cells: how many cells a length has, rounded. Nothing where that is no int. The grid has a spacing.
 std::optional<int> cell_at(double place, const Grid&);
 std::optional<int> nearest_cells(double length, const Grid&);
-// Returns the unit of a key, by its dotted name; empty where it has none. A length without a spacing has none either.
+// Returns the unit of a key, by its dotted name, in which places in lists do not count, as in load[1].radius; empty if
+// it has none. A length without a spacing has none either.
 std::string unit_of_key(const std::string& key);
 
 } // namespace dermis::scene

@@ -2,7 +2,7 @@
 // The checks of time, load and output, and the order of all checks of a scene.
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/checks.hpp"
-#include "host/lab/scenes/scene_names.hpp"
+#include "host/lab/scenes/keys.hpp"
 #include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/waveform.hpp"
 
@@ -22,7 +22,6 @@ void check_sequence(const Scene& s) {
     if (s.method != Method::exact)
         refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with load.kind = \"sequence\"");
     if (!l.interval) refuse("load.interval", "(not given)", "seconds between frames, required with a sequence");
-    need_positive("load.interval", *l.interval);
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
 
@@ -30,13 +29,11 @@ void check_taxels(const Scene& s) {
     if (!s.load.taxels) return;
     const Taxels& t = *s.load.taxels;
     if (s.load.kind != Load::Kind::sequence) refuse("load.taxels", "(given)", "only with load.kind = \"sequence\"");
-    need_positive("load.taxels.spacing", t.spacing);
-    for (double at : t.origin) need_finite("load.taxels.origin", at);
+    check_rows("load.taxels.", t);
     std::string end = s.load.path.substr(s.load.path.size() - std::min<size_t>(s.load.path.size(), 4));
     std::ranges::transform(end, end.begin(), [](unsigned char c) { return char(std::tolower(c)); });
     const bool is_table = end == ".csv" || end == ".txt";
     for (auto [key, n] : {std::pair{"load.taxels.columns", t.columns}, {"load.taxels.rows", t.rows}}) {
-        need(!n || (*n >= 1 && *n <= 16384), key, n.value_or(0), "1..16384");
         if (!n && (t.columns || t.rows || is_table))
             refuse(key, "(not given)", "a number of taxels, as rows = 4 and columns = 4, required with a CSV file");
     }
@@ -52,7 +49,6 @@ void check_taxels(const Scene& s) {
 // A ball that retreats is another problem, and so is one that goes in beyond its middle.
 void check_ball(const Load& l) {
     if (!l.ball_radius) refuse("load.ball_radius", "(not given)", "a number of metres, required with a ball");
-    need_positive("load.ball_radius", *l.ball_radius);
     const Envelope& e = l.envelope;
     const bool table = e.kind == Envelope::Kind::table;
     if (e.kind == Envelope::Kind::sine || e.kind == Envelope::Kind::pulse ||
@@ -105,7 +101,7 @@ void check_control(Scene& s) {
     }
     if (!indenter) return check_depths(s);
     poisson = poisson.value_or(0.4);
-    need(*poisson >= 0 && *poisson <= 0.5, "receptors.poisson", *poisson, "0..0.5");
+    check_rows("receptors.", s.receptors);
 }
 
 // A texture makes frames, one at each output.
@@ -122,7 +118,7 @@ void check_texture(Scene& s) {
         need(n >= 1 && n <= 16384, key, n, "1..16384");
     need_map("load.texture.path", t.map, {t.width, t.height, {}});
     if (!t.spacing) t.spacing = s.grid.spacing.value_or(1);
-    need_positive("load.texture.spacing", *t.spacing);
+    check_rows("load.texture.", t);
     const double least = s.grid.spacing.value_or(1) / 1024;
     need(*t.spacing >= least, "load.texture.spacing", *t.spacing,
          "at least " + shortest(least) + ", the spacing of the grid over 1024");
@@ -136,17 +132,12 @@ void check_texture(Scene& s) {
 void check_contact(Scene& s) {
     Load& l = s.load;
     const bool crests = l.contact == Load::Contact::crests;
-    const std::string only = "only with load.contact = \"crests\"";
-    need(crests || l.contact_share == Load().contact_share, "load.contact_share", l.contact_share, only);
-    need(crests || !l.contact_length, "load.contact_length", l.contact_length.value_or(0), only);
     if (!crests) return;
-    need(l.contact_share > 0 && l.contact_share <= 1, "load.contact_share", l.contact_share, "> 0, at most 1");
     const double spacing = s.grid.spacing.value_or(1),
                  period = s.surface.ridge_period.value_or(cells_per_ridge(s) * spacing);
     if (!l.contact_length && !finite(period))
         refuse("load.contact_length", "(not given)", "a length, required where the surface has no ridge period");
     if (!l.contact_length) l.contact_length = period;
-    need_positive("load.contact_length", *l.contact_length);
     need(*l.contact_length <= spacing * std::max(s.grid.width, s.grid.height), "load.contact_length", *l.contact_length,
          "at most the longer side of the grid");
 }
@@ -161,16 +152,13 @@ void check_grating(const Scene& s) {
                "none with load.kind = \"sequence\", load.texture or load.control = \"depth\"");
     if (l.envelope.kind != Envelope::Kind::step || l.envelope.start != 0)
         refuse("load.envelope", "(given)", "a step from t = 0 on with load.grating, which may have a window");
-    need_positive("load.grating.wavelength", g.wavelength);
+    check_rows("load.grating.", g);
     need(!g.amplitudes.empty() && g.amplitudes.size() <= 16, "load.grating.amplitudes", double(g.amplitudes.size()),
          "1 to 16 numbers, one for each harmonic");
     need(g.phases.empty() || g.phases.size() == g.amplitudes.size(), "load.grating.phases", double(g.phases.size()),
          "as many numbers as load.grating.amplitudes, or none");
-    for (double a : g.amplitudes) need_finite("load.grating.amplitudes", a);
-    for (double phase : g.phases) need(std::abs(phase) <= farthest, "load.grating.phases", phase, "-1e9..1e9");
     need(std::abs(g.velocity) * s.time.duration <= farthest * g.wavelength, "load.grating.velocity", g.velocity,
          "at most 1e9 times load.grating.wavelength within time.duration");
-    need(std::abs(g.direction) <= farthest, "load.grating.direction", g.direction, "-1e9..1e9");
     const double steepest = std::max(std::abs(std::cos(g.direction)), std::abs(std::sin(g.direction))),
                  least = 2 * double(g.amplitudes.size()) * steepest * s.grid.spacing.value_or(1);
     need(g.wavelength >= (1 - 1e-12) * least, "load.grating.wavelength", g.wavelength,
@@ -179,24 +167,17 @@ void check_grating(const Scene& s) {
 
 void check_load(Scene& s) {
     Load& l = s.load;
-    const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence,
-               ball = l.kind == Load::Kind::ball, punch = l.kind == Load::Kind::punch;
+    const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence;
     if (!shaped && l.center)
         refuse("load.center", text_of(*l.center),
                "only with load.kind \"circular\", \"point\", \"linear\", \"punch\" or \"ball\"");
-    need((shaped && !ball) || !l.radius, "load.radius", l.radius.value_or(0),
-         "only with load.kind \"circular\", \"point\", \"linear\" or \"punch\"");
-    need(sequence || !l.interval, "load.interval", l.interval.value_or(0), "only with load.kind = \"sequence\"");
+    check_rows("load.", l);
     if (!is_framed(l) && l.hold != Hold::linear)
         refuse("load.hold", "\"parabolic\"", "\"linear\" but with load.kind = \"sequence\" or load.texture");
     if (!l.center) l.center = Cell{s.grid.width / 2, s.grid.height / 2};
     need_inside("load.center", *l.center, s.grid);
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
-    need(*l.radius >= 1 && *l.radius <= 65536, "load.radius", *l.radius, "whole cells, 1..65536");
-    need(punch || !l.radius_y, "load.radius_y", l.radius_y.value_or(0), "only with load.kind = \"punch\"");
     if (!l.radius_y) l.radius_y = l.radius;
-    need(*l.radius_y >= 1 && *l.radius_y <= 65536, "load.radius_y", *l.radius_y, "whole cells, 1..65536");
-    need(ball || !l.ball_radius, "load.ball_radius", l.ball_radius.value_or(0), "only with load.kind = \"ball\"");
     need_finite("load.intensity", l.intensity);
     check_contact(s);
     check_envelope(l.envelope, s.time);
@@ -248,7 +229,7 @@ void check_sum(Scene& s) {
 }
 
 void check_time(const Scene& s) {
-    need_positive("time.step", s.time.step);
+    check_rows("time.", s.time);
     need(finite(s.time.duration) && s.time.duration >= s.time.step, "time.duration", s.time.duration,
          "at least time.step = " + shortest(s.time.step) + " s");
     const double times = s.time.duration / s.time.step;
@@ -338,7 +319,7 @@ long long outputs(const Time& t) { return static_cast<long long>(std::ceil(t.dur
 ValidatedScene validate(const Scene& scene) {
     Scene s = scene;
     check_grid(s.grid);
-    if (s.tolerance) need_positive("tolerance", *s.tolerance);
+    check_rows("", s);
     check_time(s);
     check_surface(s);
     check_lengths(s);

@@ -3,6 +3,7 @@
 
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/checks.hpp"
+#include "host/lab/scenes/keys.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -169,38 +170,26 @@ void check_window(const Envelope& e) {
     const Envelope::Window& w = *e.window;
     if (e.kind != Envelope::Kind::sine && (e.kind != Envelope::Kind::step || e.start != 0))
         refuse("load.window", "(given)", "only with load.envelope = \"sine\" or a step from t = 0 on");
-    for (auto [key, value] : {std::pair{"load.window.start", w.start}, {"load.window.rise", w.rise}})
-        need_not_negative(key, value);
+    check_rows("load.window.", w);
     const double risen = w.start + w.rise;
     need(!w.until || (finite(*w.until) && *w.until > risen), "load.window.until", w.until.value_or(0),
          "a finite number > load.window.start + load.window.rise = " + shortest(risen));
-    need_not_negative("load.window.fall", w.fall);
     need(w.until || w.fall == 0, "load.window.fall", w.fall, "only with load.window.until");
 }
 
 } // namespace
 
 void check_envelope(const Envelope& e, const Time& time) {
-    need_not_negative("load.start", e.start);
+    check_rows("load.", e);
     if (e.window) check_window(e);
-    if (e.kind == Envelope::Kind::ramp) need_positive("load.rise", e.rise);
-    if (e.kind == Envelope::Kind::sine) {
-        need_positive("load.frequency", e.frequency);
-        need(std::abs(e.phase) <= 1e9, "load.phase", e.phase, "-1e9..1e9");
-        need_finite("load.mean", e.mean);
-        need_finite("load.amplitude", e.amplitude);
-    }
     if (e.kind == Envelope::Kind::pulse) {
-        need_positive("load.length", e.length);
-        need(finite(e.period) && e.period > e.length, "load.period", e.period, "a finite number > load.length");
+        need(e.period > e.length, "load.period", e.period, "a finite number > load.length");
         need(time.duration / e.period <= 1e6, "load.period", e.period, "at most 1e6 pulses within time.duration");
     }
     if (e.kind == Envelope::Kind::table) {
         need(!e.times.empty(), "load.times", 0, "at least one time");
         need(e.values.size() == e.times.size(), "load.values", double(e.values.size()), "as many values as load.times");
         for (size_t i = 0; i < e.times.size(); ++i) {
-            need_not_negative("load.times", e.times[i]);
-            need_finite("load.values", e.values[i]);
             need(i == 0 || e.times[i] >= e.times[i - 1], "load.times", e.times[i],
                  "ascending times; twice the same for a jump");
             need(i < 2 || e.times[i] != e.times[i - 2], "load.times", e.times[i], "each time at most twice");

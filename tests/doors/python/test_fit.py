@@ -270,7 +270,7 @@ def test_what_cannot_be_fitted_is_refused_by_name():
             (lambda: dermis.fit_histories([(np.arange(20001), np.ones(20001), np.ones(20001))]),
              "histories = 20001; allowed: at most 20000 points in all"),
             (lambda: dermis.fit("none.csv"), "none.csv: cannot be read"),
-            (lambda: dermis.Scene(material={"relaxation_file": "a.csv"}), "dermis fit a.csv prints the table [material]")]:
+            (lambda: dermis.Scene(material={"relaxation_file": "a.csv"}), "dermis fit FILE prints the table [material]")]:
         with pytest.raises(dermis.Error) as caught:
             call()
         assert says in str(caught.value) and caught.value.code == "bad_input"

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// The list of keys of a skin: a row for each key of a scene file's tables that describe a skin and its nerve fibres.
+// Readers, ranges, units, "did you mean" and help follow from it; lab/scenes/keys.hpp has the other tables. A key of a
+// file alone, as a path, has its type in Python in place of a member, and is read in lab/scenes/scene_tables.cpp.
+#pragma once
+
+#include "dermis/afferents.hpp"
+#include "host/core/description/key.hpp"
+
+#include <cmath>
+
+namespace dermis::scene {
+
+inline constexpr Range number{"a finite number", [](double) { return true; }},
+    positive{"a finite number > 0", [](double x) { return x > 0; }},
+    not_negative{"a finite number >= 0", [](double x) { return x >= 0; }},
+    sides{"whole cells, 1..16384", [](double x) { return x >= 1 && x <= 16384; }},
+    radii{"whole cells, 1..65536", [](double x) { return x >= 1 && x <= 65536; }},
+    share{"> 0, at most 1", [](double x) { return x > 0 && x <= 1; }},
+    half{"0..0.5", [](double x) { return x >= 0 && x <= 0.5; }},
+    radians{"-1e9..1e9", [](double x) { return std::abs(x) <= 1e9; }},
+    counts{"1..16384", [](double x) { return x >= 1 && x <= 16384; }},
+    below_1{"a finite number < 1", [](double x) { return x < 1; }},
+    fibre_endings{"1 to 64", [](double x) { return x >= 1 && x <= 64; }};
+
+template <>
+inline constexpr auto rows<Grid> =
+    std::tuple{Key{"width", &Grid::width, "cells", sides, "", "cells in each row of every map"},
+               Key{"height", &Grid::height, "cells", sides, "", "rows of every map"},
+               Key{"spacing", &Grid::spacing, "m", positive, "none: the scene is dimensionless", "from cell to cell"}};
+
+inline constexpr Only<Surface> of_ridges{"only with surface.kind \"wave\" or \"spiral\"", [](const Surface& s) {
+                                             return s.kind == Surface::Kind::wave || s.kind == Surface::Kind::spiral;
+                                         }};
+template <>
+inline constexpr auto rows<Surface> = std::tuple{
+    Key{"kind", &Surface::kind, "", no_range, "", "the heights of the skin"},
+    Key{"path", Special{"MapOrFile"}, "", no_range, "required with \"file\"", "a map of heights, in units of relief"},
+    Key{"high", Special{"str"}, "", no_range, "required with a PNG", "the grey of the picture that is high"},
+    Key{"spacing", Special{"NumberWithUnit"}, "m", positive, "the grid's", "from number to number of the file"},
+    Key{"ridges", &Surface::ridges, "", number, "wave 15, spiral 25", "how many ridges", of_ridges},
+    Key{"ridge_period", &Surface::ridge_period, "m", positive, "none", "from crest to crest, in place of ridges"},
+    Key{"noise", &Surface::noise, "", not_negative, "wave 2, spiral 0.5", "of the ridges' amplitude", of_ridges},
+    Key{"noise_length", &Surface::noise_length, "cells", positive, "wave 50, spiral 40", "size of noise", of_ridges},
+    Key{"relief", &Surface::relief, "m", positive, "1 without grid.spacing", "factor of the heights"}};
+
+template <>
+inline constexpr auto rows<KelvinVoigt> = std::tuple{
+    Key{"modulus", Special{"NumberOrMap"}, "Pa", not_negative, "0", "of the spring, or a map of it"},
+    Key{"viscosity", Special{"NumberOrMap"}, "Pa s", not_negative, "0", "of the dashpot beside it, or a map of it"}};
+template <>
+inline constexpr auto rows<Material> = std::tuple{
+    Key{"modulus", Special{"NumberOrMap"}, "Pa", not_negative, "1.54 without grid.spacing",
+        "of a spring, or a map of it"},
+    Key{"viscosity", Special{"NumberOrMap"}, "Pa s", not_negative, "1 without grid.spacing",
+        "of the dashpot beside it, or a map of it"},
+    Key{"elements", Special{"Sequence[KelvinVoigt | Mapping[str, Any]]"}, "", no_range, "none",
+        "1 to 8 of modulus and viscosity in series"},
+    Key{"relaxation", Special{"Relaxation | Mapping[str, Any]"}, "", no_range, "none",
+        "moduli, times and equilibrium, in place of elements"},
+    Key{"spring", &Material::spring, "Pa", positive, "none", "in series with the elements"},
+    Key{"dashpot", &Material::dashpot, "Pa s", positive, "none", "in series with the elements"},
+    Key{"thickness", &Material::thickness, "m", not_negative, "1 without grid.spacing",
+        "times the strain: indentation"},
+    Key{"curvature_length", &Material::curvature_length, "m", number, "1 without grid.spacing", "gain of curvature"}};
+
+template <>
+inline constexpr auto rows<Depths> =
+    std::tuple{Key{"sa1", &Depths::sa1, "m", not_negative, "none", "below the surface"},
+               Key{"sa2", &Depths::sa2, "m", not_negative, "none", "below the surface"},
+               Key{"fa1", &Depths::fa1, "m", not_negative, "none", "below the surface"},
+               Key{"fa2", &Depths::fa2, "m", not_negative, "none", "below the surface"}};
+template <>
+inline constexpr auto rows<Follow> = std::tuple{Key{"sa1", &Follow::sa1, "", no_range, "", "what SA1 answers to"},
+                                                Key{"sa2", &Follow::sa2, "", no_range, "", "what SA2 answers to"}};
+template <>
+inline constexpr auto rows<Receptors> = std::tuple{
+    Key{"fa2", &Receptors::fa2, "", no_range, "\"point\", or \"step-mean\" where a point has no value",
+        "FA2 at an output's time, or its mean over the step"},
+    Key{"fa2_gains", &Receptors::fa2_gains, "", number, "", "of positive and of negative values"},
+    Key{"depth", &Receptors::depth, "", no_range, "none", "of each class below the surface"},
+    Key{"follow", &Receptors::follow, "", no_range, "", "what a class answers to"},
+    Key{"kernel", &Receptors::kernel, "", no_range, "", "what acts at a depth"},
+    Key{"poisson", &Receptors::poisson, "", half, "0.4", "Poisson's ratio of the half-space"},
+    Key{"sa2_adaptation", &Receptors::sa2_adaptation, "s", positive, "none: SA2 is a plain integral", "of SA2"}};
+
+template <>
+inline constexpr auto rows<Density> = std::tuple{Key{"sa1", &Density::sa1, "per cm2", not_negative, "", "receptors"},
+                                                 Key{"sa2", &Density::sa2, "per cm2", not_negative, "", "receptors"},
+                                                 Key{"fa1", &Density::fa1, "per cm2", not_negative, "", "receptors"},
+                                                 Key{"fa2", &Density::fa2, "per cm2", not_negative, "", "receptors"}};
+
+template <>
+inline constexpr auto rows<AfterCurrent> =
+    std::tuple{Key{"amplitude", &AfterCurrent::amplitude, "", number, "", "of the current that a spike starts"},
+               Key{"time", &AfterCurrent::time, "s", positive, "", "in which it decays"}};
+template <>
+inline constexpr auto rows<AfferentModel> = std::tuple{
+    Key{"time_constants", &AfferentModel::time_constants, "s", positive, "the class's", "of the low-pass's poles"},
+    Key{"frequency", &AfferentModel::frequency, "Hz", positive, "the class's", "of a pair of poles"},
+    Key{"quality", &AfferentModel::quality, "", positive, "the class's", "of the pair"},
+    Key{"value", &AfferentModel::value, "", number, "the class's", "factor of the input"},
+    Key{"rate", &AfferentModel::rate, "s", number, "the class's", "factor of its rate"},
+    Key{"gains", Special{"Sequence[Numbers]"}, "", no_range, "the class's",
+        "of y, y' and y'', in pairs for positive and negative values"},
+    Key{"membrane_time", &AfferentModel::membrane_time, "s", positive, "the class's", "of the membrane"},
+    Key{"refractory_time", &AfferentModel::refractory_time, "s", positive, "the class's", "after a spike"},
+    Key{"reset", &AfferentModel::reset, "", below_1, "", "of the membrane after a spike"},
+    Key{"after", Special{"Sequence[Mapping[str, Any]]"}, "", no_range, "none",
+        "up to two currents that a spike starts"}};
+template <>
+inline constexpr auto rows<Afferents> =
+    std::tuple{Key{"class", &Afferents::type, "", no_range, "", "of the fibres"},
+               Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their receptors"},
+               Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
+               Key{"endings", &Afferents::endings, "", fibre_endings, "", "receptors of each fibre"}};
+
+} // namespace dermis::scene
