@@ -417,6 +417,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
     all.run->add_flag("--resume", a.resume,
                       "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
+    all.run->add_flag("--verbose", a.verbose, "Also print model, device and time, tau and z, and the skin's curvature");
     add_json(*all.run, a, "Print the summary.json of each run, and nothing else");
     add_overrides(*all.run, a);
     all.run
