@@ -246,9 +246,8 @@ TEST_CASE("an allocation that fails in the library: an error says what needed ho
     });
     starve("explain", [&](Numbers& all) { all.push_back(double(explain(s, Device::cpu(1)).candidates.size())); });
     starve("population", [](Numbers& all) { all.push_back(double(population(fingertip().grid).size())); });
-    starve("a relaxation", [](Numbers& all) {
-        all.push_back(relaxation_of(chain_of({.moduli = {1, 2}, .times = {3, 4}, .equilibrium = 5})).moduli[0]);
-    });
+    const Relaxation relaxing{.moduli = {1, 2}, .times = {3, 4}, .equilibrium = 5};
+    starve("a relaxation", [&](Numbers& all) { all.push_back(relaxation_of(chain_of(relaxing)).moduli[0]); });
 }
 
 namespace {

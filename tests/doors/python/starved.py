@@ -46,7 +46,6 @@ CALLS = {
     "explain": lambda: dermis.explain(scene).candidates,
     "maps": lambda: dermis.maps(scene),
     "what a result has": lambda: (result.fields, result.impulses, result.keys(), result.report(), result["sa1"].probes),
-    "fit_relaxation": lambda: dermis.fit_relaxation(TIMES, MODULI, 2).elements,
     "chain_of": lambda: dermis.relaxation_of(dermis.chain_of(relaxation)).moduli,
     "Relaxation": lambda: dermis.Relaxation(moduli=MODULI, times=TIMES),
     "contact.add_contacts": lambda: dermis.contact.add_contacts(pad, contacts).doubts,
