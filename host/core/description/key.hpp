@@ -56,8 +56,8 @@ template <class T, class F> constexpr void each_row(F&& f) {
     std::apply([&](const auto&... key) { (f(key), ...); }, rows<T>);
 }
 
-// Checks the numbers that a struct's rows name: their ranges, and that a key has its default where it is not allowed.
-// table: "load." and the like. Throws Error::bad_input.
+// Checks the numbers that a struct's rows name: their ranges, and that an optional is empty where its key is not
+// allowed; other numbers do not count there. table: "load." and the like. Throws Error::bad_input.
 template <class T> void check_rows(const std::string& table, const T& of) {
     each_row<T>([&]<class Member>(const Key<Member>& key) {
         if constexpr (!std::is_same_v<Member, Special>) {
@@ -71,13 +71,12 @@ template <class T> void check_rows(const std::string& table, const T& of) {
                        is_allowed ? key.range.words : key.only.words);
             };
             using Value = std::remove_cvref_t<decltype(value)>;
-            if constexpr (std::is_same_v<Value, double> || std::is_same_v<Value, int>)
-                check(value, value != T().*key.member);
+            if constexpr (std::is_same_v<Value, double> || std::is_same_v<Value, int>) check(value, false);
             else if constexpr (std::is_same_v<Value, std::optional<double>> ||
                                std::is_same_v<Value, std::optional<int>>) {
                 if (value) check(*value, true);
             } else if constexpr (requires { double(*value.begin()); })
-                for (const double x : value) check(x, true);
+                for (const double x : value) check(x, false);
         }
     });
 }

@@ -26,10 +26,10 @@ std::string failure(VkResult result, const char* call) {
     }
     // Only the loader makes instances.
     const bool loader = result == VK_ERROR_OUT_OF_HOST_MEMORY && std::strstr(call, "Instance");
-    return std::string(call) + " failed with VkResult " + std::to_string(result) + name +
-           (loader ? ", as loaders also say where the file of a driver or layer is not JSON; VK_LOADER_DEBUG=error "
-                     "names it"
-                   : "");
+    return std::string(call) + " failed with VkResult " + std::to_string(result) +
+           (loader ? ", by which loaders mean that memory is short or that the file of a driver or layer is not JSON; "
+                     "VK_LOADER_DEBUG=error names it"
+                   : name);
 }
 
 void check(VkResult result, const char* call) {

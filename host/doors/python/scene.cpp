@@ -109,7 +109,15 @@ std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
 
 void bind_scene(nb::module_& m) {
     nb::class_<Scene> type(m, "Scene", "A checked scene.");
+    const auto bytes_of = [](const Scene& scene) {
+        Writer writer;
+        writer(scene);
+        return writer.bytes();
+    };
     type.def(Pickled())
+        .def(
+            "__eq__", [=](const Scene& a, const Scene& b) { return bytes_of(a) == bytes_of(b); }, nb::is_operator())
+        .def("__hash__", [=](const Scene& scene) { return std::hash<std::string>()(bytes_of(scene)); })
         .def(
             "__init__",
             [](Scene* self, string_view text, const nb::bytes& folder, const Sequence<nb::str>& overrides) {

@@ -132,6 +132,7 @@ void check_texture(Scene& s) {
 void check_contact(Scene& s) {
     Load& l = s.load;
     const bool crests = l.contact == Load::Contact::crests;
+    need(crests || l.contact_share == Load().contact_share, "load.contact_share", l.contact_share, with_crests.words);
     if (!crests) return;
     const double spacing = s.grid.spacing.value_or(1),
                  period = s.surface.ridge_period.value_or(cells_per_ridge(s) * spacing);

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Scenes from tables, objects, texts and files."""
+import copy
 import dataclasses
 import os
 import pickle
@@ -197,3 +198,11 @@ def test_loads_in_a_list_are_added_up_and_may_be_maps_in_memory():
     assert np.ptp(dermis.run(pickle.loads(pickle.dumps(moving)))["fa1"].mean) > 0
     with pytest.raises(dermis.Error, match=r"load\[1\]\.radius = 0"):
         dermis.Scene(tables, load=[{}, {"radius": 0}])
+
+
+def test_a_scene_equals_its_copies_and_no_other(tmp_path):
+    scene = dermis.fingertip(load={"intensity": 1e4})
+    other = dermis.fingertip(load={"intensity": 1e4 + 1e-9})
+    for same in (copy.copy(scene), copy.deepcopy(scene), pickle.loads(pickle.dumps(scene)), dermis.fingertip(load={"intensity": 1e4})):
+        assert same == scene and hash(same) == hash(scene)
+    assert scene != other and scene != 3 and len({scene, copy.copy(scene), other}) == 2
