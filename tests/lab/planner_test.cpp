@@ -214,6 +214,11 @@ TEST_CASE("a tolerance that cannot be met is refused and says what can; a defaul
     CHECK(int(run(s, Device::cpu()).precision) == int(Precision::f32));
     s.tolerance = -1;
     CHECK(refused(s).find("tolerance = -1") != std::string::npos);
+    Scene pulses = square(8, 1e-6, {Quantity::fa1, Quantity::strain}); // decayed by e^-48 at the next output
+    pulses.material = {1e3, 1, {}, {}, {}, {}};
+    pulses.load.envelope = {.kind = Envelope::Kind::pulse, .length = 0.002, .period = 0.31};
+    pulses.time = {.step = 0.05, .duration = 0.25};
+    CHECK(refused(pulses).find(" is 0 to rounding where it is written: at most about ") != std::string::npos);
     s.tolerance = 1e-3;
     s.model = Model::moments;
     CHECK(refused(s).find("fa2_gains") != std::string::npos);
@@ -463,6 +468,66 @@ TEST_CASE("what is nowhere above the least that is stored, or rectified to nothi
     accepted(oracle::with_maps(unloaded));
     unloaded.output = {{}, {}, {}, true};
     accepted(oracle::with_maps(unloaded)); // by sites alone
+}
+
+TEST_CASE("a receptor that no frame presses stays at 0 under any tolerance, though others are pressed") {
+    const auto path = temporary("frames_beside_sites.npy");
+    oracle::Case c;
+    Scene& s = c.scene;
+    s = square(20, 1e-2, {});
+    s.output.probes.clear();
+    s.surface = {.kind = Surface::Kind::map, .map = std::vector<double>(400)};
+    for (size_t i = 0; i < 400; ++i) s.surface.map.edit()[i] = double(i * i % 7);
+    s.time = {.step = 0.01, .duration = 0.1};
+    s.load = {.kind = Load::Kind::sequence, .path = path.string(), .interval = 0.02};
+    for (int k = 0; k < 5; ++k) {
+        c.frames.emplace_back(400);
+        for (size_t i = 0; k > 0 && i < 400; ++i)
+            if (i / 20 < 8 && i % 20 < 8) c.frames.back()[i] = i == 147 ? 1e-15 : 1e3 * k;
+    }
+    oracle::write_frames(path, s.grid, c.frames);
+    for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa1})
+        for (Cell cell :
+             {Cell{19, 19}, Cell{8, 3}, Cell{7, 7}}) // far away, beside pressed cells, pressed by almost nothing
+            for (Hold hold : {Hold::linear, Hold::parabolic}) {
+                s.sites = {{q, cell}};
+                s.load.hold = hold;
+                CAPTURE(name(q));
+                CAPTURE(cell.x);
+                accepted(c);
+            }
+    std::filesystem::remove(path);
+}
+
+TEST_CASE("a field between outputs counts where all outputs are 0") {
+    Scene s = square(12, 1e-3, {});
+    s.grid.spacing = 1e-3;
+    s.material.modulus = 1e3;
+    s.material.viscosity = 50;
+    s.material.thickness = 1e-3;
+    s.material.curvature_length = 1e-5;
+    s.surface.relief = 1e-5;
+    s.output.probes.clear();
+    s.time = {.step = 0.1, .duration = 0.1}; // one output, at 0
+    for (std::vector<Quantity> traces : {std::vector<Quantity>{}, {Quantity::sa1}, {Quantity::fa1}})
+        for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::deformation}) {
+            s.output.traces = traces;
+            s.output.fields = {{0.1, {q}}};
+            s.sites = {{Quantity::fa2, {5, 5}}};
+            accepted(oracle::with_maps(s));
+        }
+    s.sites.clear();
+    s.load.envelope.kind = Envelope::Kind::sine;
+    s.load.envelope.frequency = 3;
+    s.load.envelope.mean = 1;
+    s.output.fields = {{0.05, {Quantity::sa1}}};
+    accepted(oracle::with_maps(s));
+    s.surface.kind = Surface::Kind::flat; // without curvature at rest
+    s.output = {.traces = {}, .probes = {}, .fields = {{0.05, {Quantity::curvature}}}, .extremes = true};
+    oracle::Case sum = oracle::with_maps(s);
+    sum.scene.more_loads = {sum.scene.load};
+    sum.scene.more_loads[0].envelope.frequency = 2;
+    accepted(sum);
 }
 
 TEST_CASE("a rate of springs under equal frames and the curvature of an even strain are 0, and not refused") {

@@ -113,8 +113,9 @@ Case Family::next_sparse() {
         s.time.duration = std::min(s.time.duration, s.time.step * (5 + below(10)));
         s.output.fields.clear();
         c.frames.clear();
+        if (s.method == Method::exact && one_in(8)) s.time.duration = s.time.step; // one output, before the load acts
         if (!one_in(3)) take_surroundings(s);
-        if (s.method == Method::exact && s.sites.empty() && one_in(3)) {
+        if (s.method == Method::exact && one_in(3)) {
             c.frames = frames(s);
             const int still = 1 + below(std::min(3, int(c.frames.size())));
             for (int i = 0; i < still; ++i) std::ranges::fill(c.frames[size_t(i)], 0);
@@ -128,7 +129,9 @@ Case Family::next_sparse() {
         if (!sites_alone)
             s.output.fields.push_back({s.time.step * below(rows), {Quantity::curvature, Quantity::deformation}});
         if (!sites_alone && one_in(2))
-            s.output.fields.push_back({s.time.step * below(rows), {Quantity::strain, Quantity::fa1}});
+            s.output.fields.push_back(
+                {s.method == Method::exact ? s.time.duration * real(0, 1) : s.time.step * below(rows),
+                 {Quantity::strain, Quantity::fa1}});
     } while (undecided(s) || crowded(s));
     const std::string_view kind = kind_;
     if (one_in(3)) take_depths(s);
@@ -374,7 +377,8 @@ void Family::take_output(Scene& s) {
     if (kind_ == std::string_view("baseline")) return;
     for (int i = one_in(3) ? 1 + below(2) : 0; i > 0; --i) {
         const double at = one_in(3) ? s.time.step * (1 + below(5)) : real(0, 1) * s.time.duration;
-        s.output.fields.push_back({std::min(at, s.time.duration), some()});
+        const FieldRequest field{std::min(at, s.time.duration), some()};
+        if (s.output.fields.empty() || s.output.fields[0].at != field.at) s.output.fields.push_back(field);
     }
 }
 
@@ -468,7 +472,8 @@ void Family::take_control(Scene& s) {
     if (s.load.kind != Load::Kind::sequence) return;
     std::erase_if(s.sites, [](const Site& site) { return site.type == Quantity::fa2; });
     std::erase(s.output.traces, Quantity::fa2);
-    for (FieldRequest& f : s.output.fields) std::replace(f.what.begin(), f.what.end(), Quantity::fa2, Quantity::sa1);
+    for (FieldRequest& f : s.output.fields)
+        if (std::erase(f.what, Quantity::fa2) && f.what.empty()) f.what = {Quantity::sa1};
     if (!s.output.traces.empty() || !s.sites.empty()) return;
     s.output.traces = {Quantity::sa1};
     s.receptors.depth = {}; // of frames, sites alone have it
@@ -586,6 +591,8 @@ std::vector<std::vector<double>> Family::frames(Scene& s) {
     if (elastic) {
         drop_fa2(s.output.traces);
         for (FieldRequest& f : s.output.fields) drop_fa2(f.what);
+        for (Site& site : s.sites)
+            if (site.type == Quantity::fa2) site.type = Quantity::fa1;
     }
     std::vector<std::vector<double>> all;
     for (int k = 0; k < count; ++k) {

@@ -19,8 +19,8 @@ class Family : private Draw {
     Case next();
     // Elements in series under a map and an envelope, or of sites alone. Some are more than a scene can tell apart.
     Case next_wide_chain(bool sites);
-    // Few steps, with a field of curvature and deformation: most cells are not pressed, a recording begins at rest, a
-    // method is not the exact one, or the load is a sum.
+    // Few steps or one, with a field of curvature and deformation: most cells and sites are not pressed, a recording
+    // begins at rest, a method is not the exact one, or the load is a sum.
     Case next_sparse();
     const char* kind() const { return kind_; } // of the last scene
 

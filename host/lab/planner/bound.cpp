@@ -307,7 +307,7 @@ class Analysis {
     Bounds bounds_{};
 };
 
-// The exact solution in some points, step by step; take(quantity, point, |X|).
+// The exact solution in some points: of sites at outputs, of cells at outputs and fields; take(quantity, point, |X|).
 template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
@@ -316,11 +316,12 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     const bool products = (!schedule.modes.empty() && !schedule.framed) || !schedule.others.empty();
     const bool gained = products && skin.constants.gain_plus != 0;
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
+    bool row = false;
     const auto sink = [&](const plan::Step& step, const plan::Sample& sample) {
         if (step.trace < 0) return; // an impulse
         for (size_t i = 0; i < sample.points.size(); ++i) {
             const size_t q = i / points.size(), point = i % points.size();
-            if (classes[point] == reduced::every_quantity || classes[point] == int(q)) // a site is read for its class
+            if (classes[point] == reduced::every_quantity || (row && classes[point] == int(q))) // a site has a class
                 take(q, point, std::abs(sample.points[i]) / (q == QUANTITY_FA2 ? gain : 1));
         }
     };
@@ -338,8 +339,11 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     std::vector<std::vector<double>> maps;
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
+        const bool reads = step.field >= 0 || step.trace == telling || step.trace + 1 == schedule.outputs;
+        row = step.trace >= 0;
+        if (step.field >= 0) step.trace = std::max(step.trace, 0LL); // a sample too
         stepper->press(step);
-        if (telling < 0 || (step.trace != telling && step.trace + 1 != schedule.outputs)) continue;
+        if (telling < 0 || !reads) continue;
         stepper->read({Quantity::curvature}, maps); // products have it in no point
         take(size_t(Quantity::curvature), 0, largest_of(maps[0]));
     }
@@ -411,17 +415,19 @@ Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const
     return all;
 }
 
-double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& all, const Bounds& sites,
-                   const Peaks& peaks, double stored) {
+Worst worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& all, const Bounds& sites,
+                  const Peaks& peaks, double stored) {
     const auto& gains = skin.description.receptors.fa2_gains;
     const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
-    double worst = 0;
+    Worst worst;
     const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
         const double scale = q == Quantity::fa2 ? gain : 1;
-        const double flushed = q == Quantity::fa2 ? stored : 0; // after the gains
-        const double error = scale * bounds.error[size_t(q)] + flushed;
+        const double off = scale * bounds.error[size_t(q)];
+        const double error = off + (q == Quantity::fa2 && off > 0 ? stored : 0);         // flushed after the gains
         if (scale * bounds.greatest[size_t(q)] <= stored && error <= 5 * stored) return; // exact
-        raise(worst, error / std::max(scale * largest[size_t(q)], stored));
+        const double peak = scale * largest[size_t(q)], before = worst.error;
+        raise(worst.error, error / std::max(peak, stored));
+        if (worst.error > before) worst.of = q, worst.peak = peak;
     };
     for (Quantity q : schedule.output.traces) count(q, all, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)

@@ -43,9 +43,14 @@ Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, const A
 // The same over the sites of each class alone.
 Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
 
-// The worst relative error of what is asked for, by bounds over all cells and over the sites of each class. An output
-// that is nowhere above `stored` is exact.
-double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& cells, const Bounds& sites,
-                   const Peaks&, double stored);
+// The worst relative error of what is asked for, the quantity that has it, and that quantity's peak.
+struct Worst {
+    double error = 0;
+    Quantity of = Quantity::strain;
+    double peak = 0;
+};
+// By bounds over all cells and over the sites of each class. An output that is nowhere above `stored` is exact.
+Worst worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& cells, const Bounds& sites,
+                  const Peaks&, double stored);
 
 } // namespace dermis::planner

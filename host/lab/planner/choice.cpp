@@ -99,7 +99,7 @@ class ErrorBounds {
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule, std::optional<Peaks>& peaks)
         : skin_(skin), schedule_(schedule), peaks_(peaks) {}
 
-    double of(const Candidate& c) {
+    Worst of(const Candidate& c) {
         const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
         const Arithmetic kind = arithmetic_of(c.precision, separable);
         if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind, {});
@@ -124,7 +124,7 @@ class ErrorBounds {
         const PreparedSkin skin = with_material(skin_, fewer);
         Candidate shorter = costed(skin, schedule_, c.model, c.precision, backend);
         shorter.reduced = elements;
-        shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found);
+        shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found).error;
         return shorter.error <= tolerance ? std::optional(shorter) : std::nullopt;
     }
 
@@ -135,7 +135,7 @@ class ErrorBounds {
     }
 
     // by: the replacement that gave the skin fewer elements; empty for its own elements.
-    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
+    Worst worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
         const auto widened = [](Bounds b, const Errors& replaced) {
             for (size_t q = 0; q < replaced.size(); ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
@@ -181,14 +181,17 @@ void take_cheaper(Explanation& e, size_t& taken, const Request& r, const Backend
     }
 }
 
-// Refuses a tolerance that not even the best of the candidates keeps.
-[[noreturn]] void refuse_tolerance(double tolerance, const Candidate& best) {
-    const std::string attainable =
+// Refuses a tolerance that not even the best of the candidates keeps. rounds: all of its error is rounding.
+[[noreturn]] void refuse_tolerance(double tolerance, const Candidate& best, const Worst& worst, bool rounds) {
+    std::string attainable =
         std::isfinite(best.error)
             ? shortest(best.error) + " with model " + name(best.model) + " in " + name(best.precision) + " on " +
                   best.device
             : "none, because results may grow beyond " +
                   (best.precision == Precision::f64 ? "1.8e308" : "3.4e38 in " + std::string(name(best.precision)));
+    if (rounds && std::isfinite(best.error) && best.error >= 1)
+        attainable += std::string("; ") + name(worst.of) + " is 0 to rounding where it is written: at most about " +
+                      shortest(worst.peak);
     throw Error(Error::Code::bad_input, "tolerance",
                 "tolerance = " + shortest(tolerance) + "; attainable here: " + attainable);
 }
@@ -220,7 +223,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
             }
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
-        if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c);
+        if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c).error;
         if (!possible || taken) continue;
         if (!binds || c.error <= e.tolerance) {
             taken = i;
@@ -230,7 +233,10 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
     }
     if (taken) take_cheaper(e, *taken, r, backends, bounds);
-    if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
+    if (!taken && nearest && e.binding) {
+        const Candidate& best = e.candidates[*nearest];
+        refuse_tolerance(e.tolerance, best, bounds.of(best), !r.baseline);
+    }
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)

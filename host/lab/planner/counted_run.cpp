@@ -40,7 +40,9 @@ double least_normal(double peak, const CountedArithmetic& as) {
 // rounds their differences.
 CountedLoad load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak,
                              const CountedArithmetic& as) {
-    const auto share = [&](const std::vector<double>& of, long long k) { return of_frame(of, k, peak); };
+    const auto share = [&](const std::vector<double>& of, long long k) { // of a change up to 2
+        return std::min(of_frame(of, k, peak), &of == &schedule.frame_peaks ? 1.0 : 2.0);
+    };
     const long long k = step.frame;
     const scene::Instant begin = frame_time(schedule, k);
     const double h = frame_time(schedule, k + 1) - begin, rho = k > 0 ? (begin - frame_time(schedule, k - 1)) / h : 1;

@@ -67,11 +67,7 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
 
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
-    for (size_t i = 0; i < skin.materials.size(); ++i) {
-        const double peak = schedule.framed ? schedule.material_peaks[i - i % skin.chain.length] : 0;
-        all.push_back({skin.materials[i], peak, peak});
-    }
-    if (schedule.framed) return all;
+    for (const plan::Element& element : skin.materials) all.push_back({.element = element});
     const std::vector<double>& p = schedule.pressure;
     const size_t length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {

@@ -114,7 +114,7 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
         const plan::HalfSpace& space = *schedule.half_space[q];
         Schedule as = schedule;
         as.pressure = schedule.map_of(q);
-        for (double& peak : as.material_peaks) peak *= space.norm();
+        if (schedule.framed) as.pressure = std::vector<double>(skin.cells(), space.norm() * largest_of(as.pressure));
         std::vector<PressedMaterial> materials = pressed_materials(skin, as, read);
         take_gains(skin, as, read, kind.separable, materials);
         DeepMaterial m{

@@ -202,7 +202,7 @@ Replacement ReplacementBound::of(const Elements& chain) const {
     cells.greatest.fill(INFINITY); // no output counts as exact
     sites.greatest.fill(INFINITY);
     const double stored = arithmetic_of(Precision::f64, false).stored;
-    raise(r.error, worst_asked(skin_, schedule_, cells, sites, peaks_, stored));
+    raise(r.error, worst_asked(skin_, schedule_, cells, sites, peaks_, stored).error);
     if (first_jump_) raise(r.error, impulse_error(off));
     return r;
 }

@@ -41,7 +41,6 @@ double greatest_change(const std::vector<double>& last, const std::vector<double
 // Reads every frame once, for its peaks and its pressed cells; NpyFile::read refuses values that are not finite.
 void take_sequence(Schedule& s, const PreparedSkin& skin) {
     const double scale = std::abs(s.load.intensity);
-    s.material_peaks.assign(skin.materials.size(), 0);
     std::vector<double> frame, before, rest(skin.cells());
     s.pressure = rest;
     std::vector<double>& greatest = s.pressure.edit();
@@ -57,10 +56,6 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
             if (k > 0 && std::abs(frame[i] - before[i]) > most)
                 most = std::abs(frame[i] - before[i]), s.changed_most = i;
         }
-    }
-    for (size_t i = 0; i < greatest.size(); ++i) {
-        double& peak = s.material_peaks[skin.material_at(i)];
-        peak = std::max(peak, greatest[i]);
     }
 }
 

@@ -33,7 +33,6 @@ struct Schedule {
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
     size_t changed_most = 0;                  // the cell of the greatest of these changes
-    std::vector<double> material_peaks;       // greatest |pressure| on each material over all frames, Pa
     PressedBox pressed;
     long long outputs = 0;                   // number of output times
     long long every = 1;                     // Time::step's from output to output, a power of two
