@@ -296,6 +296,21 @@ TEST_CASE("the hull finds the extremes of a million cells, whatever lies on it")
     }
 }
 
+TEST_CASE("extremes are those of a march where pressure and curvature have extreme magnitudes") {
+    for (const auto& [length, pressure] : std::vector<std::pair<double, double>>{
+             {1, 1}, {1e153, 1}, {1e156, 1}, {1e200, 1}, {1e-170, 1e-80}, {1, 1e-90}}) {
+        CAPTURE(length);
+        CAPTURE(pressure);
+        Scene s = small_scene(90, 50);
+        s.grid.spacing = 1;
+        s.material.modulus = s.material.viscosity = s.material.thickness = 1;
+        s.material.curvature_length = length;
+        s.surface = {.kind = Surface::Kind::spiral, .relief = 1};
+        s.load.intensity = pressure;
+        check_agree(under(s, Model::moments), under(s, Model::march), 1e-12);
+    }
+}
+
 TEST_CASE("materials in a row give what each gives alone, and read the maps once") {
     Scene s = small_scene(64, 40);
     std::vector<Material> materials;

@@ -41,20 +41,32 @@ std::vector<Vertex> side(Vertex from, Vertex to, Vertex* points, size_t n, Verte
     return vertices;
 }
 
+// The binary exponent of a greatest magnitude: over its power of two, products of differences stay in range.
+int exponent_of(double greatest) {
+    int exponent = 0;
+    std::frexp(greatest, &exponent);
+    return std::clamp(exponent, -1000, 1000);
+}
+
 } // namespace
 
 HullSides::HullSides(const double* b, const double* a, size_t n, double least, double greatest) {
     const std::unique_ptr<Vertex[]> over(new Vertex[n + 2]), under(new Vertex[n + 2]), scratch(new Vertex[n + 2]);
-    Vertex from{least, -INFINITY}, to{greatest, -INFINITY}, from_low = from, to_low = to;
+    double most = 0;
+    for (size_t i = 0; i < n; ++i) most = std::max(most, std::abs(a[i]));
+    const double of_a = std::ldexp(1, -exponent_of(most)),
+                 of_b = std::ldexp(1, -exponent_of(std::max(std::abs(least), std::abs(greatest))));
+    Vertex from{least * of_b, -INFINITY}, to{greatest * of_b, -INFINITY}, from_low = from, to_low = to;
     from_low.a = to_low.a = INFINITY;
     for (size_t i = 0; i < n; ++i) {
-        if (b[i] == least) from.a = std::max(from.a, a[i]), from_low.a = std::min(from_low.a, a[i]);
-        if (b[i] == greatest) to.a = std::max(to.a, a[i]), to_low.a = std::min(to_low.a, a[i]);
+        const double height = a[i] * of_a;
+        if (b[i] == least) from.a = std::max(from.a, height), from_low.a = std::min(from_low.a, height);
+        if (b[i] == greatest) to.a = std::max(to.a, height), to_low.a = std::min(to_low.a, height);
     }
     size_t high = 0, low = 0;
     bool unpressed = false;
     for (size_t i = 0; i < n; ++i) {
-        const Vertex p{b[i], a[i]};
+        const Vertex p{b[i] * of_b, a[i] * of_a};
         const bool zero = (p.a == 0) & (p.b == 0);
         over[high] = p;
         high += (above(from, to, p) > 0) & !zero;
@@ -66,6 +78,8 @@ HullSides::HullSides(const double* b, const double* a, size_t n, double least, d
     if (unpressed && above(from_low, to_low, {0, 0}) < 0) under[low++] = {0, 0};
     upper = side(from, to, over.get(), high, scratch.get());
     lower = side({from_low.b, -from_low.a}, {to_low.b, -to_low.a}, under.get(), low, scratch.get());
+    for (std::vector<Vertex>* vertices : {&upper, &lower})
+        for (Vertex& v : *vertices) v = {v.b / of_b, v.a / of_a};
 }
 
 // A vertex is left out if the slope from it to the next one turns the wrong way, as between vertices that are one point
@@ -100,10 +114,13 @@ std::vector<simd::HalfPlane> inscribed_polygon(const HullSides& sides) {
     }
     const size_t n = std::min(size_t(simd::polygon_edges), all.size());
     for (size_t i = 0; i < n; ++i) polygon.push_back(all[i * all.size() / n]);
+    double across = 0, up = 0;
+    for (const Vertex& p : polygon) across = std::max(across, std::abs(p.b)), up = std::max(up, std::abs(p.a));
+    const int scale = -exponent_of(across) - exponent_of(up);
     std::vector<simd::HalfPlane> edges;
     for (size_t i = 0; n > 2 && i < simd::polygon_edges; ++i) { // the last edge repeats up to polygon_edges
         const Vertex &p = polygon[std::min(i, n - 1)], &next = polygon[(std::min(i, n - 1) + 1) % n];
-        edges.push_back({p.b, p.a, next.b - p.b, next.a - p.a});
+        edges.push_back({p.b, p.a, std::ldexp(next.b - p.b, scale), std::ldexp(next.a - p.a, scale)});
     }
     return edges;
 }
