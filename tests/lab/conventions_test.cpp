@@ -2,6 +2,7 @@
 // labels: device threads
 // What an output means: left limits, impulses, breakpoints, SA2 and FA2.
 #include "host/core/press/device.hpp"
+#include "host/lab/schedule/timeline.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -398,4 +399,39 @@ TEST_CASE(
     s.receptors.fa2 = Fa2::point;
     const std::vector<double> held = mean(in_double(s), Quantity::fa2);
     for (double v : held) CHECK(std::abs(v) < 0.03 * peak);
+}
+
+TEST_CASE(
+    "a step over hundreds of breakpoints takes few of them from where earlier steps have come, with the same bits") {
+    Scene s = small_scene(6, 5);
+    s.material.modulus = s.material.viscosity = 1;
+    s.load.envelope.kind = Envelope::Kind::table;
+    for (int i = 0; i < 600; ++i) { // every tenth one is a jump
+        const double t = 0.013 + 0.0031 * i;
+        for (int k = 0; k < 1 + (i % 10 == 0); ++k)
+            s.load.envelope.times.push_back(t), s.load.envelope.values.push_back(std::sin(7.0 * (i + 600 * k)));
+    }
+    s.time = {.step = 0.9, .duration = 2.7};
+    s.output.traces = {Quantity::sa1, Quantity::fa1, Quantity::sa2};
+    for (int i = 1; i < 40; ++i) s.output.fields.push_back({0.0613 * i, {Quantity::strain}});
+    const plan::PreparedRun run = plan::prepare_run(s);
+    const scene::Waveform load(s.load.envelope, s.time);
+    const plan::Element& element = run.skin.materials.front();
+    plan::Timeline timeline(run.schedule, run.skin);
+    int compared = 0, impulses = 0;
+    for (plan::Step step; timeline.next(step);) {
+        if (!step.forcing) continue;
+        CHECK(step.forcing->segments.size() <= 32);
+        impulses += step.impulse >= 0;
+        if (step.impulse >= 0) continue;
+        f64::Coefficients whole = exact_coefficients(element, run.skin.rule, step.length);
+        const auto forcing = plan::forcing_over(load, step.begin, step.end, step.length, false, step.begin);
+        plan::force<f64>(whole, element, run.skin.rule, forcing);
+        const f64::Coefficients k = step.coefficients_of(0, element, run.skin.rule);
+        for (auto of : {&f64::Coefficients::f, &f64::Coefficients::i2, &f64::Coefficients::v1, &f64::Coefficients::a1})
+            CHECK(k.*of == whole.*of);
+        compared += forcing.segments.size() > 32;
+    }
+    CHECK(compared > 20);
+    CHECK(impulses == 60);
 }

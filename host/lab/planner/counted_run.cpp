@@ -109,7 +109,7 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
 
 bool CountedRun::next(bool impulses) {
     while (timeline_.next(step_)) {
-        if (step_.leads()) continue; // it changes neither strain nor integral
+        if (step_.leads() || (at_impulse() && !impulses)) continue; // they change neither strain nor integral
         measured_ = references_.take(step_);
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
         if (step_.keep) {
@@ -139,13 +139,13 @@ CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial&
 void CountedRun::press(size_t first, const plan::Step& step) {
     std::array<CountedStep, scene::most_in_series> steps, pasts;
     std::array<f64::Coefficients, scene::most_in_series> k, cancelled{}, past{};
-    std::array<extended::Coefficients, scene::most_in_series> references, past_references;
+    std::array<extended::Coefficients, scene::most_in_series> references{}, past_references{};
     const CountedLoad load = load_over(step, materials_[first]);
     for (size_t e = 0; e < chain_.length; ++e) {
         const Element& m = materials_[first + e].element;
         k[e] = step.coefficients_of(first + e, m, rule_);
         if (step.bent) past[e] = bend(k[e], m, rule_, step.length, step.before);
-        references[e] = references_.coefficients(first + e, past_references[e]);
+        if (measured_ || step.bent) references[e] = references_.coefficients(first + e, past_references[e]);
         steps[e].load = load;
         steps[e].unit = unit();
         steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);

@@ -23,12 +23,13 @@ Segment<T> segment_of(const scene::Waveform& load, scene::Instant from, scene::I
                     .slope = rise / length}};
 }
 
-// Splits a step at the envelope's breakpoints.
+// Splits a step at the envelope's breakpoints, from `first` on.
 template <class T>
-std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
-    auto knot = std::ranges::upper_bound(load.knots(), from, std::less<scene::Instant>(), &scene::Knot::time);
+std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant first,
+                                    scene::Instant to) {
+    auto knot = std::ranges::upper_bound(load.knots(), first, std::less<scene::Instant>(), &scene::Knot::time);
     std::vector<Segment<T>> segments;
-    for (scene::Instant begin = from; begin < to;) {
+    for (scene::Instant begin = first; begin < to;) {
         const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
         const T u0 = load.after<T>(begin) - load.after<T>(from);
         segments.push_back(segment_of<T>(load, begin, end, u0, scene::difference<T>(end, begin)));
@@ -100,13 +101,14 @@ void force_segment(typename K::Coefficients& k, const Element& m, const Response
     if (s.wave->slope != 0) add(gains_of_growth<K, T>(held, m, rule, s.wave->w, s.wave->turn, s.length), s.wave->slope);
 }
 
-// Composes a step of its segments.
+// What segments lead an element to.
+template <class T> struct Composed { T eps, sum, rate, acceleration; };
+
 template <class K, class T = typename K::real>
-void force_segments(typename K::Coefficients& whole, const Element& element, const ResponseRule& rule,
-                    const std::vector<Segment<T>>& segments, T dt) {
-    if (segments.size() == 1) return force_segment<K>(whole, element, rule, segments[0]);
+Composed<T> composed(const Element& element, const ResponseRule& rule, std::span<const Segment<T>> segments,
+                     const Begun& begun) {
     const ResponseRule density{.sa2_adaptation = rule.sa2_adaptation, .step_mean = false};
-    T eps = 0, sum = 0, rate = 0, acceleration = 0;
+    T eps = begun.strain, sum = begun.integral, rate = 0, acceleration = 0;
     for (const Segment<T>& s : segments) {
         auto of = exact_coefficients_in<K>(element, density, s.length);
         if (s.wave) force_segment<K>(of, element, density, s);
@@ -117,10 +119,20 @@ void force_segments(typename K::Coefficients& whole, const Element& element, con
         sum += K::integral_step(K::integral_gained(eps, load, k), sum, k);
         eps += K::strain_step(eps, load, k);
     }
-    whole.f = eps;
-    whole.i2 = sum;
-    whole.v1 = rate;
-    whole.a1 = rule.step_mean ? rate / dt : acceleration;
+    return {eps, sum, rate, acceleration};
+}
+
+// Composes a step of its segments.
+template <class K, class T = typename K::real>
+void force_segments(typename K::Coefficients& whole, const Element& element, const ResponseRule& rule,
+                    const Forcing<T>& forcing, const Begun& begun) {
+    if (forcing.segments.size() == 1 && !forcing.begun)
+        return force_segment<K>(whole, element, rule, forcing.segments[0]);
+    const Composed<T> all = composed<K>(element, rule, std::span<const Segment<T>>(forcing.segments), begun);
+    whole.f = all.eps;
+    whole.i2 = all.sum;
+    whole.v1 = all.rate;
+    whole.a1 = rule.step_mean ? all.rate / forcing.dt : all.acceleration;
 }
 
 // Writes the impulses of a jump. whole: the pressure of the step is the jump; held: the load does not change before it.
@@ -138,14 +150,15 @@ void force_impulse(typename K::Coefficients& k, const Element& m, double jump, b
 } // namespace
 
 template <class T>
-Forcing<T> forcing_over(const scene::Waveform& load, scene::Instant from, scene::Instant to, T dt, bool with_slope) {
+Forcing<T> forcing_over(const scene::Waveform& load, scene::Instant from, scene::Instant to, T dt, bool with_slope,
+                        scene::Instant first) {
     Forcing<T> forcing;
     forcing.dt = dt;
     if (load.sine()) {
         const scene::Instant length(double(dt), double(dt - double(dt)));
         forcing.sine = Sine<T>{load.angular_frequency<T>(), load.phasor<T>(from), load.turn<T>(length)};
     } else if (load.breaks(from, to)) {
-        forcing.segments = segments_of<T>(load, from, to);
+        forcing.segments = segments_of<T>(load, from, first, to);
     } else {
         forcing.segments = {segment_of<T>(load, from, to, 0, dt)};
     }
@@ -154,6 +167,12 @@ Forcing<T> forcing_over(const scene::Waveform& load, scene::Instant from, scene:
         forcing.slope_length = scene::difference<T>(to, from);
     }
     return forcing;
+}
+
+Begun after_segments(const Element& element, const ResponseRule& rule, std::span<const Segment<double>> segments,
+                     const Begun& begun) {
+    const Composed<double> all = composed<f64>(element, rule, segments, begun);
+    return {all.eps, all.sum};
 }
 
 template <class K> void scale_change(typename K::Coefficients& k, typename K::real du) {
@@ -182,12 +201,12 @@ template SineGains<double> sine_gains<f64>(const f64::Coefficients&, const Eleme
 
 template <class K>
 void force(typename K::Coefficients& k, const Element& m, const ResponseRule& rule,
-           const Forcing<typename K::real>& forcing, const SineGains<typename K::real>* known) {
+           const Forcing<typename K::real>& forcing, const SineGains<typename K::real>* known, const Begun& begun) {
     using T = typename K::real;
     if (const auto& sine = forcing.sine)
         force_sine<typename K::Coefficients, T>(
             k, known ? *known : sine_gains<K, T>(k, m, rule, sine->w, sine->turn, forcing.dt), sine->start);
-    else if (!forcing.segments.empty()) force_segments<K>(k, m, rule, forcing.segments, forcing.dt);
+    else if (!forcing.segments.empty()) force_segments<K>(k, m, rule, forcing, begun);
     if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - *forcing.slope / m.modulus) / forcing.slope_length;
     if (forcing.impulse) force_impulse<K>(k, m, *forcing.impulse, forcing.framed, forcing.held);
 }
@@ -208,10 +227,11 @@ template void fill_row_of_sine<f64>(const std::vector<f64::Coefficients>&, const
                                     const int*, int, const Forcing<double>&, f64::Coefficients*);
 
 #define IN(K)                                                                                                          \
-    template Forcing<K::real> forcing_over(const scene::Waveform&, scene::Instant, scene::Instant, K::real, bool);     \
+    template Forcing<K::real> forcing_over(const scene::Waveform&, scene::Instant, scene::Instant, K::real, bool,      \
+                                           scene::Instant);                                                            \
     template void scale_change<K>(K::Coefficients&, K::real);                                                          \
     template void force<K>(K::Coefficients&, const Element&, const ResponseRule&, const Forcing<K::real>&,             \
-                           const SineGains<K::real>*);
+                           const SineGains<K::real>*, const Begun&);
 IN(f64)
 IN(extended)
 #undef IN

@@ -39,7 +39,7 @@ bool References::take(const Step& step) {
             held_[i] = exact_coefficients_in<extended>(materials_[i], rule_, dt);
     length_ = dt;
     forced_ = step.forcing != nullptr;
-    if (forced_) forcing_ = forcing_over(load_, step.begin, step.end, dt, step.forcing->slope.has_value());
+    if (forced_) forcing_ = forcing_over(load_, step.begin, step.end, dt, step.forcing->slope.has_value(), step.begin);
     return true;
 }
 

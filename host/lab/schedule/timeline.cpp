@@ -103,6 +103,29 @@ double Timeline::length_of(Instant from, Instant to) const {
     return regular(from, to) ? schedule_.between_outputs() : to - from;
 }
 
+// The load's change over a step. Of many segments the first ones are composed once for all steps from the same output.
+Forcing<double> Timeline::forcing_of(Instant from, Instant to, double dt) {
+    constexpr size_t few = 16;
+    if (!(begun_from_ == from)) begun_.clear(), begun_from_ = from;
+    const auto later = std::ranges::lower_bound(begun_, to, std::less<Instant>(), &BegunUntil::end);
+    const BegunUntil first = later == begun_.begin() ? BegunUntil{from, nullptr} : *(later - 1);
+    Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_, first.end);
+    forcing.begun = first.states;
+    std::vector<Segment<double>>& segments = forcing.segments;
+    auto knot = std::ranges::upper_bound(load_.knots(), first.end, std::less<Instant>(), &scene::Knot::time);
+    size_t done = 0;
+    for (; segments.size() > done + 2 * few; done += few) {
+        const std::span<const Segment<double>> next(segments.data() + done, few);
+        forcing.begun = table_of([&](size_t i) {
+            return after_segments(materials_[i], rule_, next, forcing.begun ? (*forcing.begun)[i] : Begun());
+        });
+        knot += few;
+        begun_.push_back({(knot - 1)->time, forcing.begun});
+    }
+    segments.erase(segments.begin(), segments.begin() + std::ptrdiff_t(done));
+    return forcing;
+}
+
 // One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
 // the factors of ds, and Step::rise is then 1.
 Step Timeline::exact_step(Instant from, Instant to) {
@@ -117,10 +140,9 @@ Step Timeline::exact_step(Instant from, Instant to) {
     if (regular(from, to)) s.coefficients = regular_;
     const double dt = s.length = length_of(from, to);
     if (to == from) return s;
-    Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_);
-    const std::vector<Segment<double>>& segments = forcing.segments;
+    Forcing<double> forcing = forcing_of(from, to, dt);
     if (forcing.holds() && !rate_from_slope_) return s;
-    if (segments.size() > 1) s.after_bend = segments.back().length;
+    if (forcing.segments.size() > 1 || forcing.begun) s.after_bend = forcing.segments.back().length;
     s.rise = 1;
     s.forcing = std::make_shared<Forcing<double>>(std::move(forcing));
     if (s.coefficients == regular_) s.gains = gains_;

@@ -53,7 +53,9 @@ struct Step {
     f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
         f64::Coefficients k = coefficients ? (*coefficients)[coefficients->size() == 1 ? 0 : material]
                                            : exact_coefficients(element, rule, length);
-        if (forcing) force<f64>(k, element, rule, *forcing, gains ? &(*gains)[material] : nullptr);
+        if (forcing)
+            force<f64>(k, element, rule, *forcing, gains ? &(*gains)[material] : nullptr,
+                       forcing->begun ? (*forcing->begun)[material] : Begun());
         return k;
     }
 };
@@ -154,6 +156,7 @@ class Timeline {
     bool regular(Instant from, Instant to) const;
     double length_of(Instant from, Instant to) const;
     template <class Make> auto table_of(Make) const;
+    Forcing<double> forcing_of(Instant from, Instant to, double dt);
     Step exact_step(Instant from, Instant to);
     Step framed_step(Instant from, Instant to);
     Step held_step(long long n);
@@ -175,6 +178,13 @@ class Timeline {
     SharedCoefficients regular_; // of a whole step, from output to output
     Instant led_;                // under parabolic hold: the time of the earlier pressure that the state holds
     scene::Waveform load_;
+    // The elements' states after every few knots since the output at `begun_from_`: all steps since begin with them.
+    struct BegunUntil {
+        Instant end;
+        std::shared_ptr<const std::vector<Begun>> states;
+    };
+    std::vector<BegunUntil> begun_;
+    Instant begun_from_;
     SharedGains gains_;              // of a whole step of the exact method
     std::vector<Step> pending_;      // steps up to the next output, last first
     long long output_ = 0;           // index of the next output
