@@ -141,11 +141,11 @@ struct Time {
 
 struct FieldRequest {
     double at = 0;              // s, 0..duration; with another method than exact the time of an output
-    std::vector<Quantity> what; // strain, sa1, sa2, fa1, fa2, curvature, deformation
+    std::vector<Quantity> what; // strain, sa1, sa2, fa1, fa2, curvature, deformation; each once at a time
 };
 
 struct Output {
-    // strain, sa1, sa2, fa1, fa2; may be empty.
+    // strain, sa1, sa2, fa1, fa2, each once; may be empty.
     std::vector<Quantity> traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     std::vector<Cell> probes; // inside the grid
     std::vector<FieldRequest> fields;

@@ -80,6 +80,11 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[output]\nprobes = [[1, 2, 3]]", "output.probes|[x, y]"},
         {"[output]\ntraces = [\"sa3\"]", "output.traces|sa3|\"sa1\""},
         {"[output]\ntraces = [\"curvature\"]", "output.traces|curvature|fields"},
+        {"[output]\ntraces = [\"sa1\", \"fa1\", \"sa1\"]", "output.traces = \"sa1\" twice|each quantity once"},
+        {"[output]\nfields = [{ at = 1, what = [\"fa1\", \"fa1\"] }]",
+         "output.fields.what = \"fa1\" twice at 1 s|once"},
+        {"[output]\nfields = [{ at = 1, what = [\"fa1\"] }, { at = 1.0, what = [\"sa1\", \"fa1\"] }]",
+         "output.fields.what = \"fa1\" twice at 1 s|once"},
         {"[output]\nfields = [{ at = 11, what = [\"sa1\"] }]", "output.fields.at = 11|0..10"},
         {"[output]\nfields = [{ at = 1 }]", "output.fields.what = (not given)|their quantities"},
         {"[output]\nfields = [{ at = 1, what = [\"sa1\"], why = 2 }]", "output.fields.why|no such key"},
@@ -352,6 +357,10 @@ TEST_CASE("a scene in a string is that of a file, with the same overrides and a 
     CHECK(Scene::from_string("").grid.width == 150);
     // without a folder from the working directory
     CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_string(text); }).find("scene:6: load.path = ") == 0);
+    for (const std::string table : {"load", "surface"}) // no path is no file, in the working directory too
+        CHECK(refusal(Error::Code::bad_input, [&] {
+                  Scene::from_string("[" + table + "]\nkind = \"file\"\npath = \"\"\n");
+              }).find("scene:3: " + table + ".path = \".\": is a directory; allowed: a .npy file") == 0);
     const auto huge = [] { Scene::from_string(std::string((64 << 20) + 1, '\n')); };
     CHECK(refusal(Error::Code::bad_input, huge) == "scene: has 67108865 bytes; allowed: at most 64 MiB");
     std::filesystem::remove_all(folder());

@@ -189,14 +189,16 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
           {"type,x,y\nsa1,3\n", "list.csv\":2: line = \"sa1,3\"; allowed: 3 columns with commas"},
           {"type,x,y\nsa1,1,1\nsa3,3,4\n", ":3: type = \"sa3\"; allowed: sa1, sa2, fa1, fa2; the line: \"sa3,3,4\""},
           {"type,x,y\nsa1,1,1,1\n", ":2: line = \"sa1,1,1,1\"; allowed: 3 columns"},
-          {"type,x,y\nsa1,1.5,1\n", ":2: x = 1.5; allowed: a cell, a whole number below 1e9"},
+          {"type,x,y\nsa1,1.5,1\n", ":2: x = 1.5; allowed: a cell of the grid, a whole number in 0..19"},
           {"type,x,y\nsa1,1,1e99\n", ":2: y = 1e99; allowed: a cell"},
           {"type,x,y\nsa1,1,\n", ":2: y = \"\"; allowed: a finite number"},
           {"type,x,y\n", "no receptor"},
           {"", "is empty; allowed: names of columns"},
           {"type,x,y,depth\nsa1,1,1,1\n", ":1: line = \"type,x,y,depth\""},
           {"type,x_m,y_m\nsa1,1e-3,1e-3\n", ":1: line = \"type,x_m,y_m\""}, // without a spacing
-          {"type,x,y\nsa1,20,1\n", "sites[0] = [20, 1]"}})
+          {"type,x,y\nsa1,1,1\nsa1,20,1\n",
+           "list.csv\":3: x = 20; allowed: a cell of the grid, a whole number in 0..19"},
+          {"type,x,y\nsa1,1,-1\n", "list.csv\":2: y = -1; allowed: a cell of the grid"}})
         CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_file(scene(list)); }).find(says) != std::string::npos);
     CHECK(refusal(Error::Code::bad_input, [&] {
               Scene::from_file(scene("type,x,y\nsa1,1,1\n", "seed = 3\n"));

@@ -13,9 +13,9 @@ struct PathBase {
     const NamedMaps& maps;
     FileMaps& read;
     std::vector<std::string>& files;
-    // Returns the path from the working directory, or the name of a map in memory.
+    // Returns the path from the working directory, or the name of a map in memory; of "" the folder, which is no file.
     std::string file(const std::string& name) const {
-        return maps.count(name) ? name : files.emplace_back((path / name).string());
+        return maps.count(name) ? name : files.emplace_back((path / (name.empty() ? "." : name)).string());
     }
     // Returns the map of such a path or name. grid: what its shape must be; null: any.
     FileMap map(const std::string& file, const Grid* grid, const std::string& parameter) const {

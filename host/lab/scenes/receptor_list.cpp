@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A list of receptors in a file.
+#include "host/core/base/text.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/scenes/table_file.hpp"
@@ -31,8 +32,11 @@ std::vector<Site> read_sites(const std::string& path, const Grid& grid) {
         for (size_t axis = 0; axis < 2; ++axis) {
             const double at = file.number(columns[axis], names[columns[axis]]);
             const std::optional<int> found = cell_at(at, places ? grid : Grid{.spacing = 1});
-            if (!found || (!places && at != *found))
-                file.refuse(names[columns[axis]], file.words()[columns[axis]], "a cell, a whole number below 1e9");
+            const int cells = axis == 0 ? grid.width : grid.height;
+            if (!found || *found < 0 || *found >= cells || (!places && at != *found))
+                file.refuse(names[columns[axis]], file.words()[columns[axis]],
+                            places ? "a place on the grid, from 0 to below " + shortest(cells * *grid.spacing) + " m"
+                                   : "a cell of the grid, a whole number in 0.." + std::to_string(cells - 1));
             cell[axis] = *found;
         }
         sites.push_back({*of, {cell[0], cell[1]}});

@@ -82,9 +82,9 @@ std::shared_ptr<Frames> texture_frames(const Scene&);
 // Opens a recording of taxels and returns its frames, as pressures of cells. Throws Error::bad_input.
 std::shared_ptr<Frames> taxel_frames(const Scene&);
 
-// Reads a list of receptors: a line of names, then for each receptor its type and its cell, x and y, or where the grid
-// has a spacing its place in m, x_m and y_m. Of both, as in receptors.csv, one has to lie in the other. Throws
-// Error::bad_input.
+// Reads a list of receptors on a grid: a line of names, then for each receptor its type and its cell, x and y, or its
+// place in m, x_m and y_m. If there are both, as in receptors.csv, the place counts if the grid has a spacing, else the
+// cell. Throws Error::bad_input with the line.
 std::vector<Site> read_sites(const std::string& path, const Grid&);
 
 // A scene with the files that it was read from: the scene file, then its maps, frames and list of receptors.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace dermis::scene {
@@ -240,14 +241,23 @@ void check_time(const Scene& s) {
              " outputs of the traces and sites asked for must be at most 1e8 and fit into 8 GB");
 }
 
+// A file or a column is written once.
+void need_each_once(const char* parameter, std::vector<Quantity> list, const std::string& at = {}) {
+    std::ranges::sort(list);
+    if (const auto twice = std::ranges::adjacent_find(list); twice != list.end())
+        refuse(parameter, std::string("\"") + name(*twice) + "\" twice" + at, "each quantity once");
+}
+
 void check_output(const Scene& s) {
     for (size_t i = 0; i < s.output.probes.size(); ++i)
         need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
     check_sites(s);
+    need_each_once("output.traces", s.output.traces);
     for (Quantity q : s.output.traces)
         if (q != Quantity::strain && !is_receptor_class(q))
             refuse("output.traces", std::string("\"") + name(q) + "\"",
                    "strain, " + receptor_class_names() + "; curvature and deformation as fields");
+    std::map<double, std::vector<Quantity>> fields; // of each time
     for (const FieldRequest& f : s.output.fields) {
         for (Quantity q : f.what)
             if (q >= Quantity::indentation)
@@ -261,7 +271,10 @@ void check_output(const Scene& s) {
         need(s.method == Method::exact || (at_output && n < double(outputs(s.time))), "output.fields.at", f.at,
              std::string("an output time (a multiple of time.step, before duration) with method = \"") +
                  name(s.method) + "\"");
+        std::vector<Quantity>& of_time = fields[f.at];
+        of_time.insert(of_time.end(), f.what.begin(), f.what.end());
     }
+    for (const auto& [at, what] : fields) need_each_once("output.fields.what", what, " at " + shortest(at) + " s");
 }
 
 // Fills in models and cells of nerve fibres. Their cells need not be those of sites.
