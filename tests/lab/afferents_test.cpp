@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The nerve fibres of scenes: what acts on them, when they fire, and the files that say so.
+#include "host/core/base/watch.hpp"
 #include "host/core/cpu/fibres.hpp"
 #include "host/lab/output/origin.hpp"
 #include "host/lab/output/output.hpp"
+#include "host/lab/run/fibre_run.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 
@@ -291,6 +293,20 @@ TEST_CASE("a sequence fires the fibres of a skin that is pressed with the same f
     file.close();
     CHECK(spikes.size() > 20);
     CHECK(apart(run(s).spikes, spikes) < 1e-6);
+}
+
+TEST_CASE("progress grows while fibres are stepped, up to half of the run") {
+    const Scene s = pressed_skin();
+    std::vector<double> done;
+    const scene::Watch::Progress note = [&](double share) { done.push_back(share); };
+    const scene::Watch watch(note, std::chrono::milliseconds(0));
+    CHECK(!spikes_of(s, s.afferents, 1).empty());
+    REQUIRE(done.size() > 100);
+    CHECK(std::ranges::is_sorted(done));
+    CHECK(done.front() == 0);
+    CHECK(done.back() > 0.45);
+    CHECK(done.back() <= 0.5);
+    CHECK(std::ranges::count_if(done, [](double share) { return share > 0.1 && share < 0.4; }) > 50);
 }
 
 TEST_CASE("the gain by curvature does not change a spike") {

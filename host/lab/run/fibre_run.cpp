@@ -2,6 +2,7 @@
 #include "host/lab/run/fibre_run.hpp"
 
 #include "host/core/base/refusal.hpp"
+#include "host/core/base/watch.hpp"
 #include "host/core/cpu/fibres.hpp"
 #include "host/core/model/site_cells.hpp"
 #include "host/lab/reduced/moments.hpp"
@@ -195,9 +196,9 @@ class FibreSteps {
     double time_ = 0;
 };
 
-// Appends the spikes of a group.
+// Appends the spikes of a group. done: of the run before, and after.
 void run_group(const Group& group, const std::vector<Afferents>& all, const Scene& asked, int threads,
-               std::vector<FiredSpike>& spikes) {
+               std::pair<double, double> done, std::vector<FiredSpike>& spikes) {
     plan::PreparedRun run = plan::prepare_run(felt_by(group, all, asked), false, threads);
     divide(run.schedule);
     const bool separable = why_not_separable(run.skin, run.schedule).empty();
@@ -230,6 +231,7 @@ void run_group(const Group& group, const std::vector<Afferents>& all, const Scen
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         if (step.impulse < 0) step.trace = std::max(step.trace, 0LL); // every stop gives a sample
         stepper->press(step);
+        scene::reach(std::lerp(done.first, done.second, step.begin.t / asked.time.duration), false);
     }
     stepper->finish();
 }
@@ -238,7 +240,10 @@ void run_group(const Group& group, const std::vector<Afferents>& all, const Scen
 
 std::vector<FiredSpike> spikes_of(const Scene& asked, const std::vector<Afferents>& afferents, int threads) {
     std::vector<FiredSpike> spikes;
-    for (const Group& group : groups_of(asked, afferents)) run_group(group, afferents, asked, threads, spikes);
+    const std::vector<Group> groups = groups_of(asked, afferents);
+    const double share = share_of_fibres / double(groups.size());
+    for (size_t i = 0; i < groups.size(); ++i)
+        run_group(groups[i], afferents, asked, threads, {share * double(i), share * double(i + 1)}, spikes);
     std::ranges::sort(spikes, [](const FiredSpike& a, const FiredSpike& b) {
         return a.time < b.time || (a.time == b.time && a.afferent < b.afferent);
     });

@@ -8,6 +8,8 @@
 
 namespace dermis {
 
+constexpr double share_of_fibres = 0.5; // of the progress of a run that has fibres
+
 // Returns the spikes of a scene by time, then by fibre. afferents: the scene's, validated. threads: as for Device::cpu.
 std::vector<FiredSpike> spikes_of(const Scene&, const std::vector<Afferents>& afferents, int threads);
 

@@ -194,7 +194,10 @@ class Run {
             if (d_.witness) d_.witness->read(step, *stepper_);
             if (step.trace >= 0 && step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
                 most_curved_ = stepper_->estimate(skin_).curvature;
-            if (step.trace >= 0) scene::reach(double(step.trace + 1) / double(schedule_.outputs), step.trace % 16 == 0);
+            if (step.trace >= 0)
+                scene::reach(std::lerp(d_.scene.afferents.empty() ? 0 : share_of_fibres, 1.0,
+                                       double(step.trace + 1) / double(schedule_.outputs)),
+                             step.trace % 16 == 0);
         }
         stepper_->finish();
         if (check_) check_->finish();
