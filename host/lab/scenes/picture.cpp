@@ -37,7 +37,11 @@ std::string kind_of(const std::string& path) {
 }
 
 // Returns how a PNG is damaged, which its reader does not look for; empty: its chunks, each with a checksum, are whole.
-std::string damage_of(std::string_view png) {
+// Fills its palette up with transparent colours, because the reader takes the colour of a number beyond it from memory
+// that nothing has set.
+std::string damage_of(std::string& png) {
+    size_t colours = 0; // of the palette
+    bool indexed = false;
     const auto number_at = [&](size_t at) {
         uint32_t n = 0;
         for (size_t i = 0; i < 4; ++i) n = n << 8 | uint8_t(png[at + i]);
@@ -45,16 +49,24 @@ std::string damage_of(std::string_view png) {
     };
     for (size_t at = 8; at + 12 <= png.size();) {
         const size_t length = number_at(at);
-        const std::string_view kind = png.substr(at + 4, 4);
+        const std::string kind = png.substr(at + 4, 4);
         if (length > png.size() - at - 12) break;
         uint32_t sum = ~0u; // CRC-32
-        for (const char byte : png.substr(at + 4, 4 + length)) {
+        for (const char byte : std::string_view(png).substr(at + 4, 4 + length)) {
             sum ^= uint8_t(byte);
             for (int bit = 0; bit < 8; ++bit) sum = sum >> 1 ^ (sum & 1 ? 0xedb88320 : 0);
         }
-        if (~sum != number_at(at + 8 + length)) return "is damaged in its chunk " + std::string(kind);
+        const bool too_long = kind == "tRNS" && indexed && length > colours;
+        if (~sum != number_at(at + 8 + length) || too_long) return "is damaged in its chunk " + kind;
         if (kind == "IEND") return "";
+        if (kind == "IHDR" && length == 13) indexed = png[at + 17] == 3;
         at += 12 + length;
+        if (kind == "PLTE") colours = length / 3;
+        if (kind != "PLTE" || !indexed || length % 3 || length >= 768) continue;
+        const std::string opacities = std::string(colours, '\xff') + std::string(256 - colours, '\0');
+        png.insert(at, std::string("\0\0\1\0tRNS", 8) + opacities + std::string(4, '\0')); // with no checksum
+        png.replace(at - 12 - length, 4, std::string("\0\0\3\0", 4)).insert(at - 4, 768 - length, '\0');
+        at += 768 - length + 12 + 256;
     }
     return "ends before its last chunk";
 }
@@ -82,7 +94,7 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
     std::string content;
     if (const std::string why = read_file(path, content, INT_MAX); !why.empty()) throw fail(why);
     const auto* bytes = reinterpret_cast<const stbi_uc*>(content.data());
-    const int size = int(content.size());
+    int size = int(content.size());
     int width = 0, height = 0, channels = 0;
     if (!stbi_info_from_memory(bytes, size, &width, &height, &channels))
         throw fail(std::string("cannot be read (") + stbi_failure_reason() + ")");
@@ -94,6 +106,8 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
     if (in_memory > most_bytes)
         throw fail("has " + size_text(width, height) + " pixels of " + bytes_text(in_memory) + " in all");
     if (const std::string why = damage_of(content); !why.empty()) throw fail(why);
+    const bool filled = content.size() > size_t(size);
+    bytes = reinterpret_cast<const stbi_uc*>(content.data()), size = int(content.size());
     const std::unique_ptr<void, void (*)(void*)> pixels(
         deep ? static_cast<void*>(stbi_load_16_from_memory(bytes, size, &width, &height, &channels, 0))
              : stbi_load_from_memory(bytes, size, &width, &height, &channels, 0),
@@ -105,7 +119,10 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
     values.resize(size_t(width) * size_t(height));
     const size_t opaque = deep ? to_grey(static_cast<const stbi_us*>(pixels.get()), channels, values)
                                : to_grey(static_cast<const stbi_uc*>(pixels.get()), channels, values);
-    if (opaque < values.size()) throw fail("is transparent at pixel " + cell_text(opaque, width));
+    if (opaque < values.size())
+        throw fail((filled ? "is transparent, or has a colour that its palette lacks, at pixel "
+                           : "is transparent at pixel ") +
+                   cell_text(opaque, width));
     return map;
 }
 

@@ -226,7 +226,7 @@ def test_a_transparent_pixel_is_refused_by_its_place(tmp_path, mode):
     else:  # a colour that counts as transparent
         clear = picture.getpixel((3, 2))
         picture.save(tmp_path / "print.png", transparency=clear)
-    with pytest.raises(dermis.Error, match=r"print.png\": is transparent at pixel \[3, 2\]; allowed: .* opaque pixels"):
+    with pytest.raises(dermis.Error, match=r"print.png\": is transparent.* at pixel \[3, 2\]; allowed: .* opaque pixels"):
         flat(tmp_path / "print.png", high="white")
 
 
@@ -240,6 +240,34 @@ def test_pictures_of_other_kinds_are_named_and_a_png_is_asked_for(tmp_path, kind
 
 def chunk(name, data):
     return len(data).to_bytes(4, "big") + name + data + zlib.crc32(name + data).to_bytes(4, "big")
+
+
+def indexed(numbers, palette, *more):
+    """A PNG of eight bits whose pixels are numbers in a palette, with more chunks behind it."""
+    header = struct.pack(">IIBBBBB", numbers.shape[1], numbers.shape[0], 8, 3, 0, 0, 0)
+    rows = b"".join(b"\0" + row.tobytes() for row in numbers)
+    chunks = [(b"IHDR", header), (b"PLTE", palette), *more, (b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*one) for one in chunks)
+
+
+@pytest.mark.parametrize("colours", [9, 200, 256])
+def test_a_number_beyond_a_palette_is_refused_by_its_place(tmp_path, colours):
+    path, numbers = tmp_path / "print.png", (np.arange(20).reshape(4, 5) % colours).astype(np.uint8)
+    palette = np.repeat(np.arange(colours, dtype=np.uint8)[::-1], 3).tobytes()
+    for more in ([], [(b"tRNS", b"\xff" * colours)]):
+        path.write_bytes(indexed(numbers, palette, *more))
+        np.testing.assert_array_equal(flat(path, high="white")["surface"], (colours - 1 - numbers) / 255)
+    if colours == 256:
+        return
+    numbers[2, 3] = colours
+    says = r"print.png\": is transparent, or has a colour that its palette lacks, at pixel \[3, 2\]; allowed"
+    for more in ([], [(b"tRNS", b"\xff" * colours)]):
+        path.write_bytes(indexed(numbers, palette, *more))
+        with pytest.raises(dermis.Error, match=says):
+            flat(path, high="white")
+    path.write_bytes(indexed(numbers, palette, (b"tRNS", b"\xff" * (colours + 1))))
+    with pytest.raises(dermis.Error, match="is damaged in its chunk tRNS"):
+        flat(path, high="white")
 
 
 @pytest.mark.parametrize("damage, says", [("pixel", "is damaged in its chunk IDAT"), ("end", "ends before its last chunk")])
