@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
+#include "dermis/touch.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/description.hpp"
@@ -68,6 +69,11 @@ struct SharedDevice {
 
     const Device& device() const { return open->device; }
     std::recursive_mutex* in_use() const { return device().info().vulkan ? &open->in_use : nullptr; }
+};
+// Pressures of a batch, which one thread at a time may use; others wait with Computing.
+struct SharedTouch {
+    contact::Touch touch;
+    mutable std::recursive_mutex in_use{};
 };
 // The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
 SharedDevice device_of(nb::handle);

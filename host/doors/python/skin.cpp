@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Skins pressed frame by frame: arrays in, views out.
-#include "dermis/touch.hpp"
 #include "host/core/description/element.hpp"
 #include "host/doors/python/pickle.hpp"
 
@@ -205,19 +204,20 @@ void fill(const Outputs& outputs) {
     for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
-void press_touch(SkinWithShapes& s, const contact::Touch& touch, nb::handle dt, nb::handle pads, nb::handle out) {
+void press_touch(SkinWithShapes& s, const SharedTouch& shared, nb::handle dt, nb::handle pads, nb::handle out) {
     double step = 0;
     if (!pads.is_none()) scene::refuse("pads", description_of(pads), "None: a Touch presses the pads that it touches");
     if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds, one number for all pads of a Touch");
     const Outputs outputs = outputs_in(s, out);
     const Computing computing(s.in_use.get());
-    s.skin->press(touch, step);
+    const std::scoped_lock touch(shared.in_use);
+    s.skin->press(shared.touch, step);
     fill(outputs);
 }
 
 void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out,
            nb::handle traction) {
-    if (const contact::Touch* touch = nullptr; nb::try_cast(pressure, touch) && touch) {
+    if (const SharedTouch* touch = nullptr; nb::try_cast(pressure, touch) && touch) {
         if (!traction.is_none()) scene::refuse("traction", description_of(traction), "None: a Touch has its own");
         return press_touch(s, *touch, dt, pads, out);
     }
@@ -537,7 +537,11 @@ void bind_skin(nb::module_& m) {
         .def_prop_ro(
             "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.")
         .def_prop_ro(
-            "scene", [](const SkinWithShapes& s) { return s.scene; },
+            "scene",
+            [](const SkinWithShapes& s) {
+                const Computing computing(s.in_use.get()); // another thread may set the material
+                return s.scene;
+            },
             "The scene, with the present material; a skin that was made with materials has the scene's own there.")
         .def("__repr__", text_of);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Contacts of a whole batch, from arrays that are read in place.
-#include "dermis/touch.hpp"
 #include "host/doors/python/module.hpp"
 
 #include <climits>
@@ -83,8 +82,9 @@ Column<int32_t> pads_in(nb::handle argument) {
     return column;
 }
 
-contact::Report add_to_touch(Touch& touch, nb::handle middle, nb::handle rotation, nb::handle pad, nb::handle position,
-                             nb::handle force, nb::handle radius, nb::handle ball, double modulus) {
+contact::Report add_to_touch(SharedTouch& shared, nb::handle middle, nb::handle rotation, nb::handle pad,
+                             nb::handle position, nb::handle force, nb::handle radius, nb::handle ball,
+                             double modulus) {
     const Column<double> middles = column_in(middle, "middle", {{3}});
     const Column<double> axes = column_in(rotation, "rotation", {{3, 3}, {9}});
     const Column<int32_t> pads = pads_in(pad);
@@ -97,6 +97,7 @@ contact::Report add_to_touch(Touch& touch, nb::handle middle, nb::handle rotatio
                 std::to_string(needed) + ", one for each " +
                     (std::string(parameter) == "middle" || std::string(parameter) == "rotation" ? "pad" : "contact"));
     };
+    Touch& touch = shared.touch;
     need_count("middle", middles.count, size_t(touch.count()));
     need_count("rotation", axes.count, size_t(touch.count()));
     need_count("position", places.count, pads.count);
@@ -104,6 +105,7 @@ contact::Report add_to_touch(Touch& touch, nb::handle middle, nb::handle rotatio
     if (radii.step) need_count("radius", radii.count, pads.count);
     if (balls.step) need_count("ball", balls.count, pads.count);
     const Poses poses{middles.data, axes.data, middles.step, axes.step};
+    const Computing computing(&shared.in_use);
     return touch.add(poses, {.count = pads.count,
                              .pad = pads.data,
                              .position = places.data,
@@ -118,7 +120,7 @@ contact::Report add_to_touch(Touch& touch, nb::handle middle, nb::handle rotatio
                              .ball_step = balls.step});
 }
 
-void make_touch(Touch* self, int width, int height, double spacing, int n, double reach, double radius_x,
+void make_touch(SharedTouch* self, int width, int height, double spacing, int n, double reach, double radius_x,
                 double radius_y, bool tiled, bool shear) {
     const Pad shape{.width = width,
                     .height = height,
@@ -126,7 +128,7 @@ void make_touch(Touch* self, int width, int height, double spacing, int n, doubl
                     .tiled = tiled,
                     .radius_x = radius_x,
                     .radius_y = radius_y};
-    new (self) Touch(shape, n, reach, shear);
+    new (self) SharedTouch{.touch = Touch(shape, n, reach, shear)};
 }
 
 std::vector<size_t> shape_of_touch(const Touch& t) {
@@ -136,7 +138,7 @@ std::vector<size_t> shape_of_touch(const Touch& t) {
 } // namespace
 
 void bind_touch(nb::module_& m) {
-    nb::class_<Touch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
+    nb::class_<SharedTouch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
         .def("__init__", make_touch, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("n"),
              nb::arg("reach"), nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"))
         .def(
@@ -152,25 +154,33 @@ void bind_touch(nb::module_& m) {
             "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact.\n"
             "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
             "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.")
-        .def("report", &Touch::report, nb::arg("pad"), "Return the report of one pad of the last add.")
+        .def(
+            "report",
+            [](const SharedTouch& t, int pad) {
+                const Computing computing(&t.in_use);
+                return t.touch.report(pad);
+            },
+            nb::arg("pad"), "Return the report of one pad of the last add.")
         .def_prop_ro(
             "pressure",
-            [](nb::handle_t<Touch> self) {
-                const Touch& t = nb::cast<const Touch&>(self);
+            [](nb::handle_t<SharedTouch> self) {
+                const Touch& t = nb::cast<const SharedTouch&>(self).touch;
                 return view(t.pressure(), shape_of_touch(t), self);
             },
             "Pa: float32 of shape (n, height, width), always the same memory.")
         .def_prop_ro(
             "traction",
-            [](nb::handle_t<Touch> self) {
-                const Touch& t = nb::cast<const Touch&>(self);
+            [](nb::handle_t<SharedTouch> self) {
+                const Touch& t = nb::cast<const SharedTouch&>(self).touch;
                 std::vector<size_t> shape = shape_of_touch(t);
                 shape.insert(shape.begin(), t.traction() ? 2 : 0);
                 return view(t.traction(), shape, self);
             },
             "Pa: along x and y, float32 of shape (2, n, height, width); of shape (0, ..) without shear.")
-        .def_prop_ro("count", &Touch::count, "Pads.")
-        .def("__repr__", [](const Touch& t) {
+        .def_prop_ro(
+            "count", [](const SharedTouch& t) { return t.touch.count(); }, "Pads.")
+        .def("__repr__", [](const SharedTouch& shared) {
+            const Touch& t = shared.touch;
             return "<Touch " + std::to_string(t.count()) + " pads of " + std::to_string(t.shape().width) + " x " +
                    std::to_string(t.shape().height) + " cells>";
         });

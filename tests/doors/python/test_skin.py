@@ -5,6 +5,8 @@ import ctypes
 import functools
 import pickle
 import re
+import subprocess
+import sys
 import threading
 
 import dermis
@@ -444,3 +446,27 @@ def test_what_is_said_to_be_allowed_is_allowed():
         assert len(allowed) >= 2
         for name in allowed:
             call(name)
+
+
+CHANGED = """
+import sys, threading
+import dermis
+
+sys.setswitchinterval(1e-6)
+skin, ended = dermis.Skin(dermis.fingertip(grid={"width": 16, "height": 12})), threading.Event()
+
+def read():
+    while not ended.is_set():
+        skin.scene
+
+threads = [threading.Thread(target=read) for _ in range(2)]
+for thread in threads: thread.start()
+for i in range(5000):
+    skin.set_material({"elements": [{"modulus": 1e5 + i, "viscosity": 33}] * 3, "spring": 3e4})
+ended.set()
+for thread in threads: thread.join()
+"""
+
+
+def test_a_scene_is_read_while_another_thread_changes_the_material():
+    subprocess.run([sys.executable, "-c", CHANGED], check=True)

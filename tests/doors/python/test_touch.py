@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Contacts of a whole batch in one call, from NumPy's arrays."""
+import itertools
+import threading
+
 import numpy as np
 import pytest
 
@@ -155,3 +158,36 @@ def test_a_body_that_is_none_is_refused_by_name(call, words):
     with pytest.raises(dermis.Error) as refused:
         call(contact.Pad(np.zeros((4, 4), np.float32), 1e-3))
     assert str(refused.value).startswith(words), refused.value
+
+
+def changing(change, at_once):
+    """Call at_once() again and again while another thread calls change(0), change(1) .."""
+    ended = threading.Event()
+
+    def go_on():
+        count = itertools.count()
+        while not ended.is_set():
+            change(next(count))
+
+    thread = threading.Thread(target=go_on)
+    thread.start()
+    try:
+        for _ in range(2000):
+            at_once()
+    finally:
+        ended.set()
+        thread.join()
+
+
+def test_a_press_takes_a_touch_of_one_call_while_another_thread_adds():
+    made = dermis.Skin(dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": CELL}), n=64)
+    touch = contact.Touch(made, reach=1e-3)
+    middles, axes, pad = np.zeros((64, 3)), np.tile(np.eye(3), (64, 1, 1)), np.arange(64)
+
+    def press():
+        made.reset()
+        made.press(touch, 1e-3)
+        one = made["sa1"].reshape(64, -1)
+        assert (one == one[0]).all()
+
+    changing(lambda i: touch.add(middles, axes, pad, middles, np.tile([0, 0, -0.1 - i % 7], (64, 1)), radius=2e-3), press)

@@ -27,7 +27,7 @@ __all__ = ["Body", "Contact", "Pad", "Pose", "Report", "Touch", "WorldContact", 
 
 
 class Touch(_core.Touch):
-    """The contacts of all pads of a skin, in one call from arrays.
+    """The contacts of all pads of a skin, in one call from arrays. One thread at a time uses it; others wait.
 
         touch = contact.Touch(skin, reach=1e-3, radius_x=8e-3, radius_y=8e-3)     # five round fingertips
         report = touch.add(data.site_xpos[sites], data.site_xmat[sites], pad, position, force, radius=2e-3)
