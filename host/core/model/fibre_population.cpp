@@ -47,11 +47,9 @@ template <class K> bool FibrePopulation<K>::prepare(double dt) {
         if (!fill_fibre_constants<K>(kinds_[k].model, dt, all[k])) return false;
         most = std::max(most, size_t(all[k].substeps));
     }
-    if (most > most_substeps_) {
-        spikes_.resize(pads_ * count_ * most);
-        grow(std::min(most, size_t(together_)));
-        most_substeps_ = most;
-    }
+    if (most > most_substeps_) grow(std::min(most, size_t(together_)));
+    most_substeps_ = std::max(most_substeps_, most);
+    spikes_.reserve(most_spikes(dt, 1));
     for (size_t k = 0; k < kinds_.size(); ++k) kinds_[k].constants = all[k];
     dt_ = dt;
     substeps_ = int(most);
@@ -69,7 +67,7 @@ template <class K> size_t FibrePopulation<K>::most_spikes(double dt, size_t pres
 }
 
 template <class K> void FibrePopulation<K>::press(size_t first_pad, size_t pads) {
-    const size_t first = first_pad * padded_, before = fired_;
+    const size_t first = first_pad * padded_, before = spikes_.size();
     for (int part = 0; part < substeps_; part += together_) {
         const size_t work = size_t(std::min(together_, substeps_ - part)) * pads * padded_;
         if (work_ > 0 && work_ + work > work_of_block) scene::look(), work_ = 0;
@@ -78,7 +76,7 @@ template <class K> void FibrePopulation<K>::press(size_t first_pad, size_t pads)
     }
     std::copy_n(input_ + first, pads * padded_, state_ + FIBRE_INPUT * plane_ + first);
     const auto order = [](const FibreFires<real>& s) { return std::tuple(s.pad, s.fibre, s.share); };
-    std::ranges::sort(spikes_.begin() + std::ptrdiff_t(before), spikes_.begin() + std::ptrdiff_t(fired_), {}, order);
+    std::ranges::sort(spikes_.begin() + std::ptrdiff_t(before), spikes_.end(), {}, order);
 }
 
 // Calls one(number among the pad's endings, index in a plane) for each ending.

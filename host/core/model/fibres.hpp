@@ -66,9 +66,9 @@ template <class K> class FibrePopulation {
     void press(size_t first_pad, size_t pads);
     size_t work_of_pad() const { return size_t(substeps_) * padded_; } // of such a press: substeps of endings
     static constexpr size_t work_of_block = 1 << 20;                   // some ms
-    void forget_spikes() { fired_ = work_ = 0; }
+    void forget_spikes() { spikes_.clear(), work_ = 0; }
     // The spikes of presses since forget_spikes(): by press, by pad, by fibre, then by time.
-    std::span<const FibreFires<real>> spikes() const { return {spikes_.data(), fired_}; }
+    std::span<const FibreFires<real>> spikes() const { return spikes_; }
     // The number of spikes of so many presses of all pads, of at most dt seconds each, is not above this.
     size_t most_spikes(double dt, size_t presses) const;
 
@@ -89,7 +89,7 @@ template <class K> class FibrePopulation {
         return pad * padded_ + k.offset + ending * k.padded + fibre;
     }
     void fire(size_t pad, const Kind& k, size_t fibre, real share) {
-        spikes_[fired_++] = {int(pad), int(k.first + fibre), share};
+        spikes_.push_back({int(pad), int(k.first + fibre), share});
     }
     // Makes room for so many spikes of each number in a plane; takes new constants; steps the fibres of pads through
     // substeps from `part` on, as many as these, or as are left. Spikes are fired in any order.
@@ -110,7 +110,7 @@ template <class K> class FibrePopulation {
     double dt_ = 0;
     std::vector<typename K::FibreConstants> next_; // of each kind, while prepare() makes them
     std::vector<FibreFires<real>> spikes_;
-    size_t fired_ = 0, work_ = 0; // work_: since the last look()
+    size_t work_ = 0; // since the last look()
 };
 
 } // namespace dermis::plan

@@ -174,3 +174,24 @@ except LookupError:
 def test_a_signals_handler_may_use_other_skins_in_a_press(device):
     child = subprocess.run([sys.executable, "-c", HANDLED, device], capture_output=True, text=True, timeout=200)
     assert child.stdout == "{'skin = (in a press, which calls progress); allowed: another skin'}\n", child.stderr
+
+
+LIMITED = """
+import resource
+import dermis
+import numpy as np
+
+scene = dermis.fingertip(grid={"width": 16, "height": 12})
+cells = [(i % 16, i // 16) for i in range(192)]
+skin = dermis.Skin(scene, n=500, device=dermis.Device.cpu(1),
+                   afferents=[dermis.Afferents(type=q, cells=cells) for q in ("sa1", "fa1", "fa2")])
+pages = int(open("/proc/self/statm").read().split()[0])
+resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + 400_000_000,) * 2)
+skin.press(np.full((500, 12, 16), 2e4, np.float32), 0.1)
+"""
+
+
+def test_a_long_press_of_many_fibres_takes_memory_for_the_spikes_that_they_can_fire():
+    """These 288,000 fibres take about 200 steps, and fire at most once in a refractory time of 2.6 ms or more."""
+    run = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
