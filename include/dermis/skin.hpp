@@ -49,12 +49,12 @@ struct SkinOptions {
     // frames the stretch runs linearly. Needs shear, and sa2 among the responses. On a Vulkan device each press then
     // waits and downloads the shear.
     std::optional<std::array<double, 2>> sa2_stretch;
-    // Called on the thread that presses, between frames and between blocks of steps of nerve fibres, each of which
-    // takes less than a second; with the fraction of the frames that is done, 0..1. A short press does not call it.
-    // What it throws ends the press: the pads then have the state after the last whole frame, spikes() has the spikes
-    // up to it, and responses are those of a frame only after the next press. Where fibres take several blocks, the
-    // press saves the state first, which allocates. It may press other skins; this one refuses to be pressed, changed
-    // or saved meanwhile.
+    // Called on the thread that presses, while many frames are copied, between frames and between blocks of steps of
+    // nerve fibres, each of which takes less than a second; with the fraction of the frames that is done, 0..1. A short
+    // press does not call it. What it throws ends the press: the pads then have the state after the last whole frame,
+    // spikes() has the spikes up to it, those of the last press before the first frame, and responses are those of a
+    // frame only after the next press. Where fibres take several blocks, the press saves the state first, which
+    // allocates. It may press other skins; this one refuses to be pressed, changed or saved meanwhile.
     std::function<void(double)> progress;
 };
 

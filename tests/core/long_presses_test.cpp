@@ -175,6 +175,58 @@ TEST_CASE("progress ends a press of frames after a whole frame, whose state the 
             }
 }
 
+TEST_CASE("progress ends a press of frames while they are copied, and nothing has changed") {
+    const Validated vulkan;
+    constexpr int side = 64;
+    constexpr size_t frames = 600, cells = side * side;
+    std::vector<float> all(frames * cells, 1e-4f);
+    all.back() = NAN; // which nobody has come to
+    for (const Device& device : {Device::cpu(2), vulkan.device()})
+        for (const Control control : {Control::pressure, Control::depth}) {
+            std::vector<double> heard;
+            SkinOptions options{.responses = {Quantity::sa1}, .control = control};
+            options.afferents = {fibres(Quantity::sa1, side, 30)};
+            options.progress = stop_at(2, heard);
+            Skin skin(device, pad(side), options);
+            skin.press(pressure(side, 1), 0.01);
+            const std::vector<char> before = state_of(skin);
+            const size_t fired = skin.spikes().size;
+            CHECK_THROWS_AS(skin.press_frames(all.data(), frames, cells, 1e-3), Stop);
+            CHECK(heard == std::vector<double>{0, 0});
+            CHECK(state_of(skin) == before);
+            CHECK(skin.spikes().size == fired);
+            const std::string message = refusal(
+                Error::Code::bad_input, [&] { skin.press_frames(all.data() + cells, frames - 1, cells, 1e-3); });
+            CHECK(message.find(" in cell [63, 63] of frame 598; allowed: finite numbers") != std::string::npos);
+            CHECK(state_of(skin) == before);
+        }
+}
+
+TEST_CASE("a press keeps the steps and pads that it was called with, whatever their memory holds later") {
+    constexpr int side = 32;
+    std::vector<int> list = {2, 0};
+    std::vector<double> dt = {2.0, 2.5};
+    bool changes = false;
+    SkinOptions options{.responses = {Quantity::sa1}, .count = 3, .hold = Hold::parabolic};
+    options.afferents = {fibres(Quantity::sa1, side, side * side)};
+    options.progress = [&](double) {
+        if (changes) list = {1, 1 << 30}, dt = {-1.0, 1e-9};
+    };
+    const std::vector<float> p = pressure(side, 1, 2), frames = pressure(side, 2, 8);
+    std::vector<char> states[2];
+    for (const bool change : {false, true}) {
+        Skin skin(Device::cpu(1), pad(side), options);
+        for (const bool each : {true, false}) {
+            list = {2, 0}, dt = {2.0, 2.5}, changes = change;
+            if (each) skin.press(p.data(), p.size(), dt.data(), dt.size(), Pads(list.data(), list.size()));
+            else skin.press_frames(frames.data(), 4, p.size(), 0.01, Pads(list.data(), list.size()));
+            CHECK((list[0] == 1) == change);
+        }
+        states[change] = state_of(skin);
+    }
+    CHECK(states[0] == states[1]);
+}
+
 TEST_CASE("in a press its skin cannot be pressed, changed or saved, and others can") {
     constexpr int side = 16;
     SkinOptions options{.responses = {Quantity::sa1}};

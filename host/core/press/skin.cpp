@@ -32,7 +32,7 @@ struct Skin::Impl {
           bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth), last_steps(count),
           pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)),
           progress(options.progress) {
-        moving.reserve(count);
+        listed.reserve(count);
         if (spiking.any() || shear.any()) stream->reserve_states();
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
@@ -110,7 +110,8 @@ struct Skin::Impl {
     uint64_t lists = 0;
     std::vector<float> strains;                // of a frame of depths
     std::array<std::vector<float>, 3> stretch; // its components, of all pads, once they are asked for
-    std::vector<int> moving;                   // the pads that a Touch moves
+    std::vector<int> listed;                   // the pads of a call: those of its list, or that a Touch moves
+    std::vector<double> steps_of_pads;         // of a press with a step for each pad, s
     std::unique_ptr<plan::Stream> stream;
     const scene::Watch::Progress progress; // SkinOptions::progress
     bool pressing = false;
@@ -145,6 +146,7 @@ struct Skin::Impl {
     void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
     void save(const plan::PadList&, const plan::StateMemory<char>&);
     void load(const plan::PadList&, const plan::StateMemory<const char>&);
+    void take_frames(const plan::PadList&, const float*, size_t count, size_t numbers);
     void press_frames(const plan::PadList&, const float*, size_t count, size_t numbers, const plan::StepLengths&);
     void clear_unread(char* pressure) const;
     std::vector<float> strain_of(int pad) const;
@@ -162,14 +164,16 @@ plan::PadList Skin::Impl::list_of(const Pads& pads) {
     if (pressing) scene::refuse("skin", "(in a press, which calls progress)", "another skin");
     if (pads.all) return {.count = count};
     ++lists;
+    listed.clear();
     for (size_t i = 0; i < pads.count; ++i) {
-        const int pad = pads.numbers[i];
+        const int pad = pads.numbers[i]; // once: another thread may change it
         if (pad < 0 || size_t(pad) >= count || pressed[size_t(pad)] == lists)
             scene::refuse("pads", std::to_string(pad) + " at position " + std::to_string(i),
                           "0.." + std::to_string(count - 1) + ", each at most once");
         pressed[size_t(pad)] = lists;
+        listed.push_back(pad);
     }
-    return {.ids = pads.numbers, .count = pads.count};
+    return {.ids = listed.data(), .count = pads.count};
 }
 
 void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads,
@@ -221,13 +225,13 @@ void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
 void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLengths& dt) {
     const plan::PadList all = list_of({});
     need_press(count * cells(), dt, all, cells());
-    if (spiking.any()) moving.resize(count), std::iota(moving.begin(), moving.end(), 0);
+    if (spiking.any()) listed.resize(count), std::iota(listed.begin(), listed.end(), 0);
     else {
-        moving.clear();
+        listed.clear();
         for (size_t pad = 0; pad < count; ++pad)
-            if (touch.touches[pad] || !stream->rests(int(pad)) || !shear.rests(int(pad))) moving.push_back(int(pad));
+            if (touch.touches[pad] || !stream->rests(int(pad)) || !shear.rests(int(pad))) listed.push_back(int(pad));
     }
-    const plan::PadList pads{.ids = moving.data(), .count = moving.size()};
+    const plan::PadList pads{.ids = listed.data(), .count = listed.size()};
     (void)stream->take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
     if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
     const Press pressed(*this);
@@ -280,21 +284,37 @@ void Skin::Impl::to_strains(const float* depths, size_t n, float* to) const {
     }
 }
 
+// Copies frames to `taken`, some at a time, as strains where they are depths.
+void Skin::Impl::take_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers) {
+    scene::need(n <= taken.max_size() / numbers, "count", double(n), "as many frames as memory holds");
+    const size_t all = n * numbers, most = std::max((size_t(1) << 20) / numbers, size_t(1)) * numbers; // about 1 ms
+    if (taken.capacity() < all) {
+        taken = {};
+        taken.reserve(all);
+        simd::prefer_large_pages(taken.data(), all * sizeof(float));
+    }
+    for (size_t i = 0; i < all; i += most) {
+        if (i > 0) scene::look();
+        const size_t some = std::min(most, all - i);
+        taken.resize(std::max(taken.size(), i + some));
+        float* to = taken.data() + i;
+        if (depth) to_strains(frames + i, some, to);
+        if (!(depth ? plan::all_finite(to, some) : stream->copy(frames + i, some, to)))
+            refuse_pressure(frames, pads, n);
+    }
+}
+
 // Presses a copy of the frames, one after another where the stream does not take them together.
 void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
                               const plan::StepLengths& dt) {
     if (numbers == 0) return step(pads, dt); // of no pad
-    scene::need(n <= taken.max_size() / numbers, "count", double(n), "as many frames as memory holds");
-    if (taken.size() < n * numbers) taken = simd::map_of(n * numbers, 0.0f);
-    if (depth) to_strains(frames, n * numbers, taken.data());
-    if (!(depth ? plan::all_finite(taken.data(), n * numbers) : stream->copy(frames, n * numbers, taken.data())))
-        refuse_pressure(frames, pads, n);
+    const Press pressed(*this);
+    take_frames(pads, frames, n, numbers);
     prepare(pads, dt, n);
     constexpr size_t most_numbers = 1 << 26, most_frames = 1024; // about 100 ms
     const bool fires = spiking.any(),
                joined = !fires && stream->joins_frames(); // fibres read the state after each step
     const size_t together = fires ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
-    const Press pressed(*this);
     for (size_t i = 0, end; i < n; i = end) {
         end = std::min(i + together, n);
         if (i > 0) scene::reach(double(i) / double(n), true);
@@ -404,7 +424,9 @@ void Skin::press(const float* pressure, size_t cells, const double* dt, size_t s
     const plan::PadList list = impl_->list_of(pads);
     if (steps != list.count)
         scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
-    impl_->press(pressure, cells, impl_->steps(dt, true), list);
+    impl_->steps_of_pads.reserve(impl_->count);
+    impl_->steps_of_pads.assign(dt, dt + steps);
+    impl_->press(pressure, cells, impl_->steps(impl_->steps_of_pads.data(), true), list);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 
