@@ -114,7 +114,7 @@ TEST_CASE("auto takes no software driver; vulkan takes it; names are parts of na
     const std::string message = refusal(Error::Code::bad_input, [] { Device::open("voodoo"); });
     CHECK(message.find("voodoo") != std::string::npos);
     CHECK(message.find(name) != std::string::npos);
-    refusal(Error::Code::bad_input, [] { Device::open("99"); });
+    for (const char* which : {"99", "", " ", "   "}) refusal(Error::Code::bad_input, [&] { Device::open(which); });
     refusal(Error::Code::bad_input, [] { Device::cpu(-1); });
 }
 

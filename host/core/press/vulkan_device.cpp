@@ -59,7 +59,9 @@ const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const st
                         std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
     for (size_t i = 0; i < devices.size(); ++i) {
         const std::string& name = devices[i].info.name;
-        const auto in = [part = lower(which)](const std::string& text) { return text.find(part) != text.npos; };
+        const auto in = [part = lower(which)](const std::string& text) {
+            return part.find_first_not_of(' ') != part.npos && text.find(part) != text.npos; // no blanks alone
+        };
         if (number ? size_t(std::stoi(which)) == i
                    : in(lower(name)) || (which.size() >= 8 && in("gpu-" + devices[i].info.uuid)))
             return devices[i];
