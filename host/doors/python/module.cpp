@@ -27,16 +27,7 @@ template <> struct nanobind::detail::type_caster<dermis::python::LastResort> {
 namespace dermis::python {
 namespace {
 
-const char* name_of(Error::Code code) {
-    switch (code) {
-    case Error::Code::bad_input: return "bad_input";
-    case Error::Code::no_device: return "no_device";
-    case Error::Code::device: return "device";
-    case Error::Code::io: return "io";
-    case Error::Code::no_memory: return "no_memory";
-    }
-    return "(no such code)";
-}
+constexpr const char* codes[] = {"bad_input", "no_device", "device", "io", "no_memory"}; // by Error::Code
 
 // A str, even of bytes that are no UTF-8, as a path may have them.
 nb::object str_of(string_view text) {
@@ -53,7 +44,7 @@ void translate(const std::exception_ptr& thrown, void*) {
     } catch (const Error& e) {
         if (e.code() == Error::Code::no_memory) return PyErr_SetString(PyExc_MemoryError, e.what());
         const nb::object type = nb::module_::import_("dermis._error").attr("Error");
-        const nb::tuple arguments = nb::make_tuple(name_of(e.code()), str_of(e.parameter()), str_of(e.what()));
+        const nb::tuple arguments = nb::make_tuple(codes[size_t(e.code())], str_of(e.parameter()), str_of(e.what()));
         PyErr_SetObject(type.ptr(), arguments.ptr());
     } catch (const std::bad_alloc&) {
         PyErr_SetString(PyExc_MemoryError, "out of memory: what a call takes or returns could not be allocated");
@@ -61,16 +52,9 @@ void translate(const std::exception_ptr& thrown, void*) {
 }
 
 std::string type_of(const nb::dlpack::dtype& dtype) {
-    using Code = nb::dlpack::dtype_code;
-    const Code code = Code(dtype.code);
-    const std::string name = code == Code::Bool      ? "bool"
-                             : code == Code::Int     ? "int"
-                             : code == Code::UInt    ? "uint"
-                             : code == Code::Float   ? "float"
-                             : code == Code::Bfloat  ? "bfloat"
-                             : code == Code::Complex ? "complex"
-                                                     : "other";
-    return code == Code::Bool ? name : name + std::to_string(dtype.bits);
+    constexpr const char* names[] = {"int", "uint", "float", "other", "bfloat", "complex", "bool"}; // by DLPack's code
+    const std::string name = names[dtype.code < std::size(names) ? dtype.code : 3];
+    return name == "bool" ? name : name + std::to_string(dtype.bits);
 }
 
 // Calls a method, and returns None where that raises an Exception.
@@ -219,7 +203,8 @@ std::string description_of(nb::handle argument) {
     std::vector<size_t> shape;
     for (size_t i = 0; i < array.ndim(); ++i) shape.push_back(array.shape(i));
     const std::string where = array.device_type() == nb::device::cpu::value ? "" : " on another device";
-    return type_of(array.dtype()) + " array of shape " + shape_text(shape) + where;
+    return (is_dense(array) ? "" : "strided ") + type_of(array.dtype()) + " array of shape " + shape_text(shape) +
+           where;
 }
 
 } // namespace dermis::python

@@ -131,7 +131,14 @@ nb::object readable(nb::handle);
 // Any array in the memory of the CPU, by DLPack or the buffer protocol, to be read; nothing where it is none.
 using AnyArray = nb::ndarray<nb::ro, nb::device::cpu>;
 std::optional<AnyArray> array_in(nb::handle);
-// Says what an argument is, as in "float64 array of shape (25, 20)", or gives the beginning of its repr.
+template <class Array> bool is_dense(const Array& array) {
+    if (array.size() == 0) return true;
+    int64_t expected = 1;
+    for (size_t i = array.ndim(); i-- > 0; expected *= int64_t(array.shape(i)))
+        if (array.shape(i) != 1 && array.stride(i) != expected) return false;
+    return true;
+}
+// Says what an argument is, as in "strided float64 array of shape (25, 20)", or gives the beginning of its repr.
 std::string description_of(nb::handle);
 std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
 

@@ -2,6 +2,7 @@
 // Skins pressed frame by frame: arrays in, views out.
 #include "host/core/description/element.hpp"
 #include "host/doors/python/pickle.hpp"
+#include "host/lab/scenes/scene_names.hpp"
 
 #include <algorithm>
 #include <climits>
@@ -25,14 +26,6 @@ struct SkinWithShapes {
         skin.reset();
     }
 };
-
-template <class Array> bool is_dense(const Array& array) {
-    if (array.size() == 0) return true;
-    int64_t expected = 1;
-    for (size_t i = array.ndim(); i-- > 0; expected *= int64_t(array.shape(i)))
-        if (array.shape(i) != 1 && array.stride(i) != expected) return false;
-    return true;
-}
 
 template <class Array> bool has_shape(const Array& array, const std::vector<size_t>& shape) {
     bool same = array.ndim() == shape.size();
@@ -65,10 +58,10 @@ class PadNumbers {
 
   private:
     bool take(const AnyArray& array, int count) {
+        if (array.ndim() != 1) return false;
         if (array.dtype() == nb::dtype<bool>())
             return array.size() == size_t(count) && is_dense(array) &&
                    take_mask(static_cast<const bool*>(array.data()), count);
-        if (array.ndim() != 1) return false;
         if (array.size() == 0) return true; // even of doubles: what NumPy makes of an empty list
         return take_as_one_of<int64_t, int32_t, int16_t, int8_t, uint64_t, uint32_t, uint16_t, uint8_t>(array);
     }
@@ -145,14 +138,13 @@ AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumb
     size_t size = 1;
     for (size_t n : shape) size *= n;
     std::optional<AnyArray> array = array_in(argument);
-    const bool floats = array && array->dtype() == nb::dtype<float>(), dense = array && is_dense(*array);
+    const bool floats = array && array->dtype() == nb::dtype<float>();
     if (!first.empty()) {
         shape.insert(shape.begin(), first == "2" ? 2 : floats && array->ndim() > 0 ? array->shape(0) : 1);
         allowed = "(" + first + ", " + allowed.substr(1);
     }
-    if (!floats || !dense || !(has_shape(*array, shape) || (first.empty() && has_shape(*array, {size}))))
-        scene::refuse(parameter, (floats && !dense ? "strided " : "") + description_of(argument),
-                      "float32 array in C order, of shape " + allowed + " in Pa");
+    if (!floats || !is_dense(*array) || !(has_shape(*array, shape) || (first.empty() && has_shape(*array, {size}))))
+        scene::refuse(parameter, description_of(argument), "float32 array in C order, of shape " + allowed + " in Pa");
     return std::move(*array);
 }
 
@@ -183,6 +175,14 @@ Skin::Response response_of(const SkinWithShapes& s, nb::handle named, const std:
     scene::refuse("response", description_of(named), allowed);
 }
 
+[[noreturn]] void refuse_output(nb::handle argument, const std::vector<size_t>& shape) {
+    const std::optional<AnyArray> array = array_in(argument);
+    const bool read_only =
+        array && array->dtype() == nb::dtype<float>() && is_dense(*array) && has_shape(*array, shape);
+    scene::refuse("out", (read_only ? "read-only " : "") + description_of(argument),
+                  "float32 array in C order that can be written, of shape " + shape_text(shape));
+}
+
 Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
     Outputs outputs;
     if (out.is_none()) return outputs;
@@ -193,9 +193,7 @@ Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
             outputs.emplace_back(response_of(s, named, responses_of(s)), nb::ndarray<float, nb::device::cpu>());
         if (!nb::try_cast(readable(argument), array, false) || !is_dense(array) ||
             !has_shape(array, shape_of(s, response)))
-            scene::refuse("out", description_of(argument),
-                          "float32 array in C order that can be written, of shape " +
-                              shape_text(shape_of(s, response)));
+            refuse_output(argument, shape_of(s, response));
     }
     return outputs;
 }
@@ -243,9 +241,9 @@ void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle 
     const AnyArray array = pressure_in(s, pressure, numbers, "pressure", "frames");
     const Outputs outputs = outputs_in(s, out);
     const Computing computing(s.in_use.get());
-    const size_t frames = array.shape(0);
-    s.skin->press_frames(static_cast<const float*>(array.data()), frames, frames ? array.size() / frames : 0, dt,
-                         numbers.pads());
+    size_t of_frame = 1;
+    for (size_t n : shape_of(s, numbers)) of_frame *= n;
+    s.skin->press_frames(static_cast<const float*>(array.data()), array.shape(0), of_frame, dt, numbers.pads());
     fill(outputs);
 }
 
@@ -428,12 +426,8 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
     if (precision) options.precision = value_named<Precision>("precision", *precision, "\"f32\", \"f32-compensated\"");
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
         options.materials.push_back(s->material);
-    if (hold != "linear" && hold != "parabolic")
-        scene::refuse("hold", '"' + std::string(hold) + '"', "\"linear\", \"parabolic\"");
-    options.hold = hold == "parabolic" ? Hold::parabolic : Hold::linear;
-    if (control != "pressure" && control != "depth")
-        scene::refuse("control", '"' + std::string(control) + '"', "\"pressure\", \"depth\"");
-    options.control = control == "depth" ? Control::depth : Control::pressure;
+    options.hold = value_named<Hold>("hold", hold);
+    options.control = value_named<Control>("control", control);
     options.afferents = afferents ? afferents_in(*afferents) : scene.afferents;
     options.shear = shear;
     if (sa2_stretch) {

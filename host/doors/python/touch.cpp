@@ -2,8 +2,6 @@
 // Contacts of a whole batch, from arrays that are read in place.
 #include "host/doors/python/module.hpp"
 
-#include <climits>
-
 namespace dermis::python {
 namespace {
 
@@ -47,7 +45,8 @@ Column<double> column_in(nb::handle argument, const char* parameter, const std::
         for (size_t n : group) text += ", " + std::to_string(n);
         allowed += (allowed.empty() ? "" : " or ") + text + ")";
     }
-    scene::refuse(parameter, description_of(argument), "float64 array of shape " + allowed);
+    scene::refuse(parameter, description_of(argument),
+                  "float64 array of shape " + allowed + ", its last axes in C order");
 }
 
 // One number for all contacts, or a column of them; nothing for None.
@@ -76,7 +75,8 @@ Column<int32_t> pads_in(nb::handle argument) {
     column.own.reserve(column.count);
     for (size_t i = 0; i < column.count; ++i) {
         const int64_t pad = static_cast<const int64_t*>(a->data())[i * column.step];
-        column.own.push_back(int32_t(std::clamp<int64_t>(pad, INT_MIN, INT_MAX))); // what is no pad's is refused
+        if (int32_t(pad) != pad) scene::refuse("pad", std::to_string(pad), "numbers of pads, from 0 on");
+        column.own.push_back(int32_t(pad));
     }
     column.data = column.own.data(), column.step = 1;
     return column;
@@ -90,6 +90,7 @@ contact::Report add_to_touch(SharedTouch& shared, nb::handle middle, nb::handle 
     const Column<int32_t> pads = pads_in(pad);
     const Column<double> places = column_in(position, "position", {{3}}), forces = column_in(force, "force", {{3}});
     const Column<double> radii = sizes_in(radius, "radius"), balls = sizes_in(ball, "ball");
+    if (!radii.data && !balls.data) scene::refuse("radius", "None", "m, of the patches; or ball and modulus");
     const auto need_count = [](const char* parameter, size_t given, size_t needed) {
         if (given != needed)
             scene::refuse(

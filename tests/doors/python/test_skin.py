@@ -106,7 +106,7 @@ def test_frames_pressed_at_once_give_the_bits_of_presses():
     at_once.press_frames(of_one, 0.01, [1])
     wrong = "float32 array of shape (5, 1, 25, 20); allowed: float32 array in C order, of shape (frames, 2, 25, 20) in Pa"
     assert str(refused(at_once.press_frames, of_one, 0.01)) == f"pressure = {wrong}"
-    assert refused(at_once.press_frames, frames[:0], 0.01).parameter == "pressure"
+    assert refused(at_once.press_frames, frames[:0], 0.01).parameter == "count"
     assert refused(at_once.press_frames, frames, [0.01]).parameter == "dt"
     assert refused(at_once.press_frames, None, 0.01).parameter == "pressure"
     frames[3, 1, 2, 4] = np.inf
@@ -354,7 +354,7 @@ def test_a_skin_takes_depths_and_keeps_doing_so_when_pickled():
         one.press(-depths[1], 0.01)
     assert np.array_equal(skin["fa2"], copied["fa2"])
     np.testing.assert_allclose(copied["strain"], np.maximum(-depths[1], 0), rtol=1e-6)
-    assert 'control = "force"; allowed: "pressure", "depth"' in str(refused(skin_of, GRID, control="force"))
+    assert 'control = "force"; allowed: "depth", "pressure"' in str(refused(skin_of, GRID, control="force"))
     assert "material = (given)" in str(refused(skin.set_material, {"modulus": 2.0, "viscosity": 1.0}))
 
 
