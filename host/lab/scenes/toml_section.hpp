@@ -21,7 +21,9 @@ inline std::string text_of(const toml::node& value) {
     std::string items;
     const auto add = [&](const std::string& item) { items += (items.empty() ? " " : ", ") + item; };
     if (const toml::array* list = value.as_array()) {
-        for (const toml::node& item : *list) add(text_of(item));
+        for (const toml::node& item : *list)
+            if (items.size() < 100) add(text_of(item));
+            else return "[" + items + ", .. ]";
         return "[" + items + (items.empty() ? "]" : " ]");
     }
     if (const toml::table* table = value.as_table()) {

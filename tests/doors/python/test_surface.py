@@ -197,6 +197,21 @@ def test_which_grey_of_a_picture_is_high_is_asked_for(tmp_path, table, path):
         np.testing.assert_array_equal(black, 1 - GREY / 255)
 
 
+def test_a_texture_is_an_array_or_a_file_and_a_list_is_refused_by_its_beginning(tmp_path):
+    numbers = np.random.default_rng(2).random((30, 40))
+    np.save(tmp_path / "texture.npy", numbers)
+
+    def run(path):
+        texture = {"path": path, "spacing": 1e-4, "velocity": [0.01, 0.003]}
+        return dermis.run(dermis.fingertip(grid={"width": 20, "height": 20, "spacing": 1e-4}, load={"texture": texture},
+                                           time={"step": "1 ms", "duration": 0.02}))["sa1"].mean
+
+    np.testing.assert_array_equal(run(numbers), run(tmp_path / "texture.npy"))
+    with pytest.raises(dermis.Error, match=r"^load.texture.path = .*; allowed: a text in quotes$") as refused:
+        run(numbers.tolist())
+    assert len(str(refused.value)) < 300
+
+
 def test_the_picture_of_a_material_is_refused(tmp_path):
     Image.fromarray(GREY).save(tmp_path / "map.png")
     with pytest.raises(dermis.Error, match="material.modulus = .*map.png.; allowed: a number, or a .npy file of numbers"):

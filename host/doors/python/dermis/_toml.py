@@ -15,7 +15,7 @@ from ._core import KelvinVoigt, Relaxation, refuse
 
 Maps = dict[str, np.ndarray[Any, np.dtype[np.float64]]]
 
-_maps = re.compile(r"(surface|load(\[\d+\])?)\.path|material\.(elements\[\d+\]\.)?(modulus|viscosity)")
+_maps = re.compile(r"(surface|load(\[\d+\])?(\.texture)?)\.path|material\.(elements\[\d+\]\.)?(modulus|viscosity)")
 
 
 def need_unmasked(value: object, name: str) -> None:
