@@ -16,7 +16,9 @@ namespace dermis::output {
 namespace {
 
 [[noreturn]] void failed(const Path& path, const char* what) {
-    throw Error(Error::Code::io, "", fmt::format("{}: cannot be {} ({})", path.string(), what, std::strerror(errno)));
+    throw Error(
+        Error::Code::io, "",
+        fmt::format("{}: cannot be {} ({})", path.empty() ? "\"\"" : path.string(), what, std::strerror(errno)));
 }
 
 constexpr std::string_view before_number = ".dermis-", after_number = ".part";

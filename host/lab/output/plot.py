@@ -66,38 +66,42 @@ class Run:
         return ("mm", 1e3 * self.spacing) if self.spacing else ("cells", 1.0)
 
 
-def _table(path: Path) -> dict[str, Array]:
-    """Return the columns of numbers of a CSV file by name."""
-    with open(path) as file:
-        names = file.readline().strip().split(",")
-        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+def _read(path: Path, reader: Callable[[Any], Any] = lambda file: list(csv.DictReader(file)), mode: str = "r") -> Any:
+    """Return what the reader makes of a file: by default the rows of a CSV file. Errors name the file."""
+    with open(path, mode) as file:
+        try:
+            return reader(file)
+        except (ValueError, EOFError) as error:
+            raise ValueError(f"{path}: cannot be read ({error})") from None
+
+
+def _table(file: Any) -> dict[str, Array]:
+    """Return the columns of traces.csv by name."""
+    names = file.readline().strip().split(",")
+    if names[0] != "time":
+        raise ValueError("its first column is not time")
+    rows = np.array([line.split(",") for line in file.read().splitlines()], float)
     return dict(zip(names, rows.T if rows.size else np.empty((len(names), 0))))
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def run_in(folder: Path) -> Run:
     """Read the files of a run."""
-    with open(folder / "summary.json") as file:
-        summary = json.load(file)
+    summary = _read(folder / "summary.json", json.load)
     if "unfinished" in summary:
         raise ValueError(f"{folder}: its files are those of a run that was stopped; run it again")
-    columns = _table(folder / "traces.csv")
+    columns = _read(folder / "traces.csv", _table)
     fields = {}
     for path in folder.glob("*_t*.npy"):
         quantity, _, at = path.stem.partition("_t")
-        fields[quantity, float(at)] = np.load(path)
+        fields[quantity, float(at)] = _read(path, np.load, "rb")
     receptors, responses = [], np.empty((0, 0))
     if (folder / "receptors.csv").exists():
-        receptors = [(row["type"], int(row["x"]), int(row["y"])) for row in _rows(folder / "receptors.csv")]
-        responses = np.load(folder / "responses.npy")
+        receptors = [(row["type"], int(row["x"]), int(row["y"])) for row in _read(folder / "receptors.csv")]
+        responses = _read(folder / "responses.npy", np.load, "rb")
     spikes, fibres = np.empty(0, [("time", "f8"), ("afferent", "u4")]), []
     if (folder / "afferents.csv").exists():
-        spikes = np.load(folder / "spikes.npy")
-        fibres = [row["class"] for row in _rows(folder / "afferents.csv")]
+        spikes = _read(folder / "spikes.npy", np.load, "rb")
+        fibres = [row["class"] for row in _read(folder / "afferents.csv")]
     plan, grid = summary["plan"], summary["grid"]
     facts = {"grid": f"{grid['width']} x {grid['height']} cells", "steps": str(summary["steps"]),
              "method": plan["method"], "model": plan["model"], "precision": plan["precision"],
@@ -110,7 +114,7 @@ def run_in(folder: Path) -> Run:
     return Run(title=folder.name, width=grid["width"], height=grid["height"], spacing=grid["spacing"],
                time=columns.pop("time"), columns=columns,
                impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
-                         for row in _rows(folder / "impulses.csv")],
+                         for row in _read(folder / "impulses.csv")],
                fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres, facts=facts,
                warnings=summary["warnings"], scene=summary["scene"])
 
@@ -490,7 +494,7 @@ def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> N
 def read(folder: Path, unit_of: Callable[[str], str]) -> Run | Sweep:
     """Read a folder of `dermis run`: a run, or a sweep."""
     if (folder / "runs.csv").exists():
-        rows = _rows(folder / "runs.csv")
+        rows = _read(folder / "runs.csv")
         return sweep_of(rows, unit_of, run_in(folder / rows[0]["run"]).spacing)
     if (folder / "summary.json").exists():
         return run_in(folder)
@@ -511,7 +515,7 @@ def main(folder: Path, what: str, units: str = "{}") -> None:
         source = read(folder, lambda key: json.loads(units).get(key, ""))
         write(folder, source, figures_of(source))
     else:
-        figure = {"fit": fit, "errors": errors}[what](_rows(folder / f"{what}.csv"))
+        figure = {"fit": fit, "errors": errors}[what](_read(folder / f"{what}.csv"))
         _write(folder / f"{what}.png", _drawn(figure, "png"))
 
 

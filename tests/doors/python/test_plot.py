@@ -118,3 +118,16 @@ def test_what_cannot_be_drawn_is_refused_by_name(tmp_path):
         dermis.plot([{"a": 1}])
     with pytest.raises(dermis.Error, match=r"what = .*: has neither summary.json nor runs.csv; allowed: a folder of"):
         dermis.plot(tmp_path)
+
+
+@pytest.mark.parametrize("name, text, says", [
+    ("summary.json", '{"plan": {"met', "Unterminated string"), ("traces.csv", "", "its first column is not time"),
+    ("traces.csv", "time,sa1_mean\n0,x\n", "could not convert string to float: 'x'"),
+    ("sa1_t0.05.npy", "\x93NUMPY", "EOF"), ("responses.npy", "no numbers", "pickled")])
+def test_a_damaged_file_of_a_folder_is_named(tmp_path, name, text, says):
+    (tmp_path / "summary.json").write_text("{}")
+    (tmp_path / "traces.csv").write_text("time,sa1_mean\n0,0\n")
+    (tmp_path / "receptors.csv").write_text("type,x,y\nsa1,1,2\n")
+    (tmp_path / name).write_bytes(text.encode("latin-1"))
+    with pytest.raises(dermis.Error, match=rf"what = .*/{name}: cannot be read \(.*{says}"):
+        dermis.plot(tmp_path)
