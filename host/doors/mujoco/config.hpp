@@ -72,7 +72,9 @@ struct Config {
         patch = given.number("patch", 0, 0, 1e6);
         ball = given.number("ball", radii[0], 0, 1e6);
         modulus = given.number("modulus", 1e5, 1e-6, 1e30);
-        if (patch == 0 && ball == 0) refuse("ball", "0", "above 0 m where patch and radius are 0");
+        if (patch == 0 && ball == 0)
+            refuse("ball", "0",
+                   "above 0 m, of what presses the pad; in its place patch, of each contact, or radius, of the pad");
         read_scene(given);
         read_responses(given);
         const std::string output = given.text("output", "field");

@@ -24,6 +24,7 @@ struct Way {
     double step;
     std::vector<double> seconds = {}; // of runs, ascending
     double error = std::nan(""), bound = std::nan(""), bytes = std::nan("");
+    std::string worst = {}; // the output with this error; empty where there is no error
     uint64_t hash = 0;
     std::string refused = {}; // the reason why it cannot be run
 
@@ -71,7 +72,8 @@ void compare(Way& way, const Truth& truth, const std::map<std::string, std::vect
         const std::vector<double>& exact = truth.outputs.at(output);
         for (size_t i = 0; i < numbers.size(); ++i) {
             const double error = std::abs(numbers[i] - exact.at(i));
-            if (error > 0) way.error = std::max(way.error, error / truth.greatest.at(output));
+            if (error > 0 && error / truth.greatest.at(output) > way.error)
+                way.error = error / truth.greatest.at(output), way.worst = output;
             for (int byte = 0; byte < 8; ++byte)
                 way.hash = fnv1a(way.hash, (std::bit_cast<uint64_t>(numbers[i]) >> 8 * byte) & 255);
         }
@@ -160,7 +162,8 @@ std::string table_of(const std::vector<Way>& ways) {
 void print(const Way& w) {
     fmt::print("{:<14} {:<8} {:<16} {:<24.24} step {:<9.4g} ", name(w.method), w.model, w.precision, w.device, w.step);
     if (w.seconds.empty()) return fmt::print("refused\n");
-    fmt::print("{:>9.3g} s  error {:<8.2g}", w.seconds[w.seconds.size() / 2], w.error);
+    fmt::print("{:>9.3g} s  error {:<8.2g}{:<8}", w.seconds[w.seconds.size() / 2], w.error,
+               w.worst.empty() ? "" : "in " + w.worst);
     if (std::isfinite(w.bound)) fmt::print(" at most {:.2g}{}", w.bound, w.broken() ? ": BROKEN" : "");
     fmt::print("\n");
 }

@@ -119,6 +119,7 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"reach": "1e300"}, "reach = 1e+300; allowed: 0..1000000"),
     ({"patch": "-1"}, "patch = -1; allowed: 0..1000000"),
     ({"ball": "-1"}, "ball = -1; allowed: 0..1000000"),
+    ({"ball": "0", "radius": "0"}, "ball = 0; allowed: above 0 m, of what presses the pad; in its place patch, of each"),
     ({"modulus": "-5"}, "modulus = -5; allowed: 1e-06..1e+30"),
     ({"modulus": "0"}, "modulus = 0; allowed: 1e-06..1e+30"),
     ({"responses": "sa1 shear_x shear_x"}, "responses = shear_x twice; allowed: each one once"),
