@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // What is pressed to a depth beside a round punch: elliptic punches, balls, and cells by themselves.
-#include "host/lab/output/warnings.hpp"
+#include "host/lab/output/output.hpp"
 #include "tests/oracle/real.hpp"
 #include "tests/support.hpp"
 

@@ -2,8 +2,7 @@
 // labels: threads command
 // The files of a run and its warnings.
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/output/greatest.hpp"
-#include "host/lab/output/warnings.hpp"
+#include "host/lab/output/output.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

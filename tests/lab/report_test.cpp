@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: command
 // What the numbers of a result and of a skin mean.
-#include "host/lab/output/warnings.hpp"
+#include "host/lab/output/output.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // Textures that slide over the skin.
-#include "host/lab/output/warnings.hpp"
+#include "host/lab/output/output.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/command/bench_errors.hpp"
+#include "host/lab/command/commands.hpp"
 
 #include "dermis/dermis.hpp"
 #include "host/core/base/hash.hpp"
-#include "host/lab/command/bench.hpp"
 #include "host/lab/output/json.hpp"
 #include "host/lab/output/python.hpp"
 #include "host/lab/scenes/scene_names.hpp"

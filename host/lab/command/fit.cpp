@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/command/fit.hpp"
 #include "host/core/base/text.hpp"
+#include "host/lab/command/commands.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/folder.hpp"
 #include "host/lab/output/json.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/command/json_answers.hpp"
+#include "host/lab/command/commands.hpp"
 
 #include "host/lab/output/json.hpp"
 #include "host/lab/scenes/scene_names.hpp"

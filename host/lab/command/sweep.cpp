@@ -3,7 +3,6 @@
 
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
-#include "host/lab/output/warnings.hpp"
 #include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/command/touch.hpp"
+#include "host/lab/command/commands.hpp"
 
 #include <dermis/run.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/output/greatest.hpp"
+#include "host/lab/output/output.hpp"
 
 #include <fmt/ranges.h>
 

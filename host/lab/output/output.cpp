@@ -5,8 +5,6 @@
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/json.hpp"
 #include "host/lab/output/origin.hpp"
-#include "host/lab/output/spikes.hpp"
-#include "host/lab/output/warnings.hpp"
 
 #include <iterator>
 #include <list>

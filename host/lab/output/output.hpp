@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Writes the files of a run, and shows its progress.
+// What a run leaves: its files, and what is said of it.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -23,6 +23,24 @@ std::vector<std::string> result_files(const Scene&);
 // run left there is removed (see earlier.hpp). scene: as it was run. origin: the first lines of summary.json, from
 // text_of(const Origin&).
 void write_result(const Folder&, const Scene& scene, const Result&, const std::string& origin);
+
+// Returns a sentence for each reason not to trust a result as it stands, with what can be done about it. A figure that
+// the result does not know gives none. scene: as it was run.
+std::vector<std::string> warnings(const Scene& scene, const Result&);
+
+// Two lines at most, of the slowly and of the rapidly adapting classes: the greatest response of each class and its
+// time, of all cells where the class has a trace with extremes, else of its receptors, with the receptor's cell.
+std::vector<std::string> greatest_responses(const Scene&, const Result&);
+
+// Returns spikes.npy: a structured array with the fields time, float64, and afferent, uint32.
+std::string spikes_npy(const Result&);
+// Returns afferents.csv: a line for each fibre, with its spikes and its mean rate over the duration, Hz.
+std::string afferents_csv(const Scene&, const Result&);
+// Returns psth.csv: the mean rate of the fibres of each entry of Scene::afferents, Hz, in bins from `time` on, of the
+// longer of Time::step and 1 ms; the last bin ends with the run.
+std::string psth_csv(const Scene&, const Result&);
+// Returns a line with the number of spikes and the fibre of the greatest rate; empty without fibres.
+std::string spikes_line(const Scene&, const Result&);
 
 // A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no
 // terminal.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/output/spikes.hpp"
 
 #include "host/core/base/text.hpp"
 #include "host/lab/output/output.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/output/warnings.hpp"
+#include "host/lab/output/output.hpp"
 
 #include <algorithm>
 #include <utility>
