@@ -29,7 +29,8 @@ TEST_CASE("dermis run writes traces, impulses, fields and a summary") {
     const std::string scene = folder.write("scene.toml", small);
     for (const char* device : {"cpu", "vulkan"}) {
         const fs::path out = folder / device;
-        const Outcome o = command(folder, "run " + scene + " --check --verbose --device " + device + " --out " + out.string());
+        const Outcome o =
+            command(folder, "run " + scene + " --check --verbose --device " + device + " --out " + out.string());
         CHECK(o.status == 0);
         CHECK(o.err.empty());
         CHECK(o.out.find(" 0 different") != std::string::npos);
@@ -79,9 +80,10 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --device vulkan --precision f64", "f64"},
         {"run " + good + " --precision f16", "f16"},
         {"run " + good + " --colour red", "--colour"},
-        {"run " + good + " --devise cpu", "\"--devise\" is no option of run; allowed: --help, --out, --device, "
-                                          "--precision, --check, --resume, --verbose, --json, --set, --keys; did you mean "
-                                          "--device?\n"},
+        {"run " + good + " --devise cpu",
+         "\"--devise\" is no option of run; allowed: --help, --out, --device, "
+         "--precision, --check, --resume, --verbose, --json, --set, --keys; did you mean "
+         "--device?\n"},
         {"plan --precison=f32 " + good, "did you mean --precision?"},
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
         {"run " + good + " --material.modulus=2", "did you mean --set material.modulus=VALUE?"},
@@ -141,10 +143,10 @@ TEST_CASE("without a driver auto says so in one line and uses the CPU; vulkan na
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small),
                       none = "VK_DRIVER_FILES=/dev/null VK_ICD_FILENAMES=/dev/null";
-    const std::string call = "run " + scene + " --out " + (folder / "a").string();
+    const std::string call = "run " + scene + " --verbose --out " + (folder / "a").string();
     const Outcome automatic = command(folder, call + " --precision f32", none);
     CHECK(automatic.status == 0);
-    CHECK(automatic.out.find("no Vulkan device used: the Vulkan loader finds no driver") == 0);
+    CHECK(automatic.out.find("no Vulkan device used: the Vulkan loader finds no driver") != std::string::npos);
     CHECK(automatic.out.find("march, f32 on cpu") != std::string::npos);
     const Outcome maps = command(folder, call, none); // needs no device, so none is looked for
     CHECK(maps.out.find("maps, f64 on cpu") != std::string::npos);
@@ -370,7 +372,7 @@ TEST_CASE("a summary says what is not known, and how long a check took") {
     CHECK(has(sites, "\"model\": \"sites\""));
     CHECK(has(sites, "\"greatest_gain\": null, \"greatest_curvature\": null, \"stencil_estimate\": null"));
     CHECK(has(sites, "\"kinks\": null, \"pressed_cells\": null"));
-    const Outcome checked = command(folder, "run " + scene + " --check --device cpu --out " + out.string());
+    const Outcome checked = command(folder, "run " + scene + " --check --verbose --device cpu --out " + out.string());
     CHECK_FALSE(has(slurp(out / "summary.json"), "\"seconds\": 0,"));
     CHECK(has(checked.out, " s with the other backend and the comparison\n"));
 }

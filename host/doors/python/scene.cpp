@@ -116,7 +116,8 @@ void bind_scene(nb::module_& m) {
     };
     type.def(Pickled())
         .def(
-            "__eq__", [=](const Scene& a, const Scene& b) { return bytes_of(a) == bytes_of(b); }, nb::is_operator())
+            "__eq__", [=](const Scene& a, const Scene& b) { return bytes_of(a) == bytes_of(b); }, nb::is_operator(),
+            nb::sig("def __eq__(self, other: object, /) -> bool"))
         .def("__hash__", [=](const Scene& scene) { return std::hash<std::string>()(bytes_of(scene)); })
         .def(
             "__init__",

@@ -184,7 +184,6 @@ void print_details(const Arguments& a, const Scene& s, const Result& r) {
     const auto span = [](double from, double to) {
         return from == to ? fmt::format("{:.6g}", from) : fmt::format("{:.6g}..{:.6g}", from, to);
     };
-    print_refused(r);
     const double cells = double(s.grid.width) * s.grid.height;
     fmt::print("{} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", s.grid.width, s.grid.height, r.steps,
                name(s.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
@@ -206,6 +205,7 @@ void print_result(const Arguments& a, const Scene& scene, const Result& r) {
     print_error(scene, r);
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     for (const std::string& warning : output::warnings(scene, r)) fmt::print("warning: {}\n", warning);
+    print_refused(r);
     if (a.verbose) print_details(a, scene, r);
     const char* first = r.traces.empty() && !r.responses.empty() ? "receptors.csv" : "traces.csv";
     fmt::print("open first: {}\n", (output::Path(a.out) / first).string());
