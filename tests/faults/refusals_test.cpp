@@ -144,7 +144,8 @@ TEST_CASE("what receptors and outputs cannot be, and values of another kind, are
     const std::string sites = two + "[sites]\npath = ";
     check(
         folder,
-        {{sites + "\"outside.csv\"", "4: sites[1] = [2, 0]; allowed: [x, y] with x in 0..1, y in 0..1"},
+        {{sites + "\"outside.csv\"", "5: sites.path = \"{}outside.csv\":3: x = 2; allowed: a cell of the grid, a whole "
+                                     "number in 0..1; the line: \"fa2,2,0\""},
          {sites + "\"head.csv\"",
           "5: sites.path = \"{}head.csv\":1: line = \"x,y,kind\"; allowed: names of columns, type,x,y, or with "
           "grid.spacing type,x_m,y_m, and id beside them"},
@@ -284,30 +285,29 @@ TEST_CASE("what crests, indenters, several loads and nerve fibres cannot be is r
     write_files(folder);
     const std::string other = "[[load]]\n[[load]]\n", fibre = "[afferents]\ncells = [[1, 1]]\n",
                       pressed = lengths + "thickness = 1\ncurvature_length = 0\n[surface]\nrelief = 1\n[load]\n";
-    check(
-        folder,
-        {{"[load]\ncontact_share = 0.2", "2: load.contact_share = 0.2; allowed: only with load.contact = \"crests\""},
-         {wave + "[load]\ncontact = \"crests\"\ncontact_length = 1000",
-          "5: load.contact_length = 1000; allowed: at most the longer side of the grid"},
-         {pressed + "kind = \"punch\"\ncontrol = \"depth\"\nradius_y = 0",
-          "13: load.radius_y = 0; allowed: whole cells, 1..65536"},
-         {"[load]\ncontrol = \"depth\"",
-          "1: load.intensity = 1; allowed: only with grid.spacing where it is a depth in m"},
-         {other + "[receptors]\nfollow = { sa1 = \"stress\" }\n" + chain + "spring = 1",
-          "4: receptors.follow = \"stress\"; allowed: \"strain\" with several loads"},
-         {other + "envelope = \"ramp\"\nrise = 0", "1: load[1].rise = 0" + positive},
-         {two + "[[load]]\n[[load]]\nkind = \"sequence\"\npath = \"frames.npy\"\ninterval = 0.1",
-          "4: load[1].kind = (frames); allowed: a map times an envelope with several loads"},
-         {fibre + "time_constants = [0]", "1: afferents[0].time_constants = 0" + positive},
-         {fibre + "frequency = 0\nquality = 1", "1: afferents[0].frequency = 0" + positive},
-         {fibre + "frequency = 1\nquality = 0", "1: afferents[0].quality = 0" + positive},
-         {fibre + "time_constants = [1, 1, 1, 1]",
-          "1: afferents[0].time_constants = 4 numbers; allowed: 1 to 3 poles: one for each time constant, two for a "
-          "frequency"},
-         {fibre + "value = nan", "1: afferents[0].value = nan" + any_finite},
-         {fibre + "rate = inf", "1: afferents[0].rate = inf" + any_finite},
-         {fibre + "gains = [[nan, 0]]", "1: afferents[0].gains = nan" + any_finite},
-         {fibre + "refractory_time = 0", "1: afferents[0].refractory_time = 0" + positive},
-         {fibre + "after = [{ amplitude = inf, time = 1 }]", "1: afferents[0].after.amplitude = inf" + any_finite},
-         {fibre + "after = [1]", "3: afferents.after = 1; allowed: tables { amplitude = .., time = .. }"}});
+    check(folder,
+          {{"[load]\ncontact_share = 0.2", "2: load.contact_share = 0.2; allowed: only with load.contact = \"crests\""},
+           {wave + "[load]\ncontact = \"crests\"\ncontact_length = 1000",
+            "5: load.contact_length = 1000; allowed: at most the longer side of the grid"},
+           {pressed + "kind = \"punch\"\ncontrol = \"depth\"\nradius_y = 0",
+            "13: load.radius_y = 0; allowed: whole cells, 1..65536"},
+           {"[load]\ncontrol = \"depth\"",
+            "1: load.intensity = 1; allowed: only with grid.spacing where it is a depth in m"},
+           {other + "[receptors]\nfollow = { sa1 = \"stress\" }\n" + chain + "spring = 1",
+            "4: receptors.follow = \"stress\"; allowed: \"strain\" with several loads"},
+           {other + "envelope = \"ramp\"\nrise = 0", "1: load[1].rise = 0" + positive},
+           {two + "[[load]]\n[[load]]\nkind = \"sequence\"\npath = \"frames.npy\"\ninterval = 0.1",
+            "4: load[1].kind = (frames); allowed: a map times an envelope with several loads"},
+           {fibre + "time_constants = [0]", "1: afferents[0].time_constants = 0" + positive},
+           {fibre + "frequency = 0\nquality = 1", "1: afferents[0].frequency = 0" + positive},
+           {fibre + "frequency = 1\nquality = 0", "1: afferents[0].quality = 0" + positive},
+           {fibre + "time_constants = [1, 1, 1, 1]",
+            "1: afferents[0].time_constants = 4 numbers; allowed: 1 to 3 poles: one for each time constant, two for a "
+            "frequency"},
+           {fibre + "value = nan", "1: afferents[0].value = nan" + any_finite},
+           {fibre + "rate = inf", "1: afferents[0].rate = inf" + any_finite},
+           {fibre + "gains = [[nan, 0]]", "1: afferents[0].gains = nan" + any_finite},
+           {fibre + "refractory_time = 0", "1: afferents[0].refractory_time = 0" + positive},
+           {fibre + "after = [{ amplitude = inf, time = 1 }]", "1: afferents[0].after.amplitude = inf" + any_finite},
+           {fibre + "after = [1]", "3: afferents.after = 1; allowed: tables { amplitude = .., time = .. }"}});
 }

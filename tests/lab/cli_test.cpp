@@ -563,7 +563,7 @@ TEST_CASE(
         "in place of 2 elements in series: elements = [{ modulus = 2, viscosity = 0.25 }], spring = 1\n";
     CHECK(command(folder, "plan " + scene).out.find("       " + others) != std::string::npos);
     const fs::path out = folder / "out";
-    const std::string run = "run " + scene + " --out " + out.string();
+    const std::string run = "run " + scene + " --verbose --out " + out.string();
     CHECK(command(folder, run).out.find("\n" + others) != std::string::npos);
     CHECK(slurp(out / "summary.json")
               .find("\"elements\": [{\"modulus\": 2, \"viscosity\": 0.25}, {\"modulus\": 1, "

@@ -541,7 +541,7 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
 }
 
 // Whether the fused loop serves: frames, no sums, and not several materials of chains or under parabolic hold.
-bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
+[[maybe_unused]] bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
     bool serves = a.pressure_to && !(a.material && (blocks::is_chain(a) || a.to.previous)) && !blocks::sums(r);
     for (int i = 0; i < RESPONSE_MAPS; ++i) // one shift serves all
         serves =

@@ -8,7 +8,7 @@ from _core import key_rows  # noqa: E402
 HEAD = '''# SPDX-License-Identifier: MIT
 """The tables of a scene as keyword objects. None: the key is not given.
 
-Where a key names a file of numbers, an array of float32 or float64 may stand in its place. A unit is that of a number;
+Where a key names the file of a map, an array of float32 or float64 may stand in its place. A unit is that of a number;
 a text has its unit with it, as "5 ms". m without a spacing of the grid: cells.
 """
 from __future__ import annotations

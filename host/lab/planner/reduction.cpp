@@ -112,7 +112,7 @@ class Search {
   public:
     // springs: elements may become springs.
     Search(const PreparedSkin& skin, const Schedule& schedule, const Allowance& allowance, bool springs)
-        : skin_(skin), schedule_(schedule), allowance_(allowance), springs_(springs), best_{.chain = skin.materials} {}
+        : schedule_(schedule), allowance_(allowance), springs_(springs), best_{.chain = skin.materials} {}
 
     // Whether some change may be within the allowed error, and one element less saves more time than the search takes.
     bool worth_while() const {
@@ -157,7 +157,6 @@ class Search {
         return false;
     }
 
-    const PreparedSkin& skin_;
     const Schedule& schedule_;
     const Allowance& allowance_;
     const bool springs_;

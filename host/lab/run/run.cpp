@@ -145,8 +145,7 @@ Prepared prepared(Realised&& last, const Material& material) {
 class Run {
   public:
     Run(const Realised& d, const RunOptions& options)
-        : d_(d), skin_(d.run.skin), schedule_(d.run.schedule), options_(options),
-          collect_(result_, skin_, schedule_, !d.sites_alone()) {
+        : d_(d), skin_(d.run.skin), schedule_(d.run.schedule), collect_(result_, skin_, schedule_, !d.sites_alone()) {
         result_.model = d.decision.model;
         result_.precision = d.decision.model == Model::march ? d.decision.precision : Precision::f64;
         result_.predicted_error = d.decision.error;
@@ -267,7 +266,6 @@ class Run {
     const Realised& d_;
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
-    const RunOptions& options_;
     Result result_;
     Collector collect_;
     long long most_strained_ = -1;         // in a march, the output at which the skin is likely to be curved most
