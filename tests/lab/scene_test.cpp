@@ -167,6 +167,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[time]\nstep = \"1e5 e3 s\"", "time.step"},
         {"[time]\nstep = \"- 5 ms\"", "time.step"},
         {"[time]\nstep = \"++5 ms\"", "time.step"},
+        {"[time]\nstep = \"1e3e3 ms\"", "time.step = '1e3e3 ms'"},
+        {"[time]\nstep = \"1e ms\"", "time.step = '1e ms'"},
         {"[time]\nstep = \"+-5 ms\"", "time.step"},
         {"[time]\nstep = \"ms\"", "time.step"},
         {"[surface]\nkind = \"wave\"\nnoise = \"3 m\"", "surface.noise = '3 m'; allowed: a number"},

@@ -68,10 +68,11 @@ std::optional<double> number_in_unit(std::string_view of, const std::string& tex
     if (!power) return {};
     // The prefix joins the decimal exponent, so that the number is rounded once.
     const std::string number(without_plus(trimmed(text.substr(0, unit))));
+    double value = 0;
+    if (!read_number(number, value)) return {};
     const size_t e = number.find_first_of("eE");
     const long written = e == number.npos ? 0 : std::strtol(number.c_str() + e + 1, nullptr, 10);
     const std::string shifted = number.substr(0, e) + "e" + std::to_string(written + *power);
-    double value = 0;
     const char* const end = shifted.data() + shifted.size();
     const auto [rest, error] = std::from_chars(shifted.data(), end, value);
     if (error != std::errc() || rest != end) return {};
