@@ -449,6 +449,7 @@ TEST_CASE("bench --errors runs every candidate below its bound, and the other me
     const Outcome o = command(folder, call);
     CHECK_MESSAGE(o.status == 0, o.err);
     CHECK(o.out.find("/errors.csv\n") != std::string::npos);
+    CHECK(o.out.find(" in fa") != std::string::npos); // the output with the greatest error
     CHECK(names_in(folder / "e") == "errors.csv errors.png ");
     std::ifstream table(folder / "e/errors.csv");
     std::string line;
