@@ -124,7 +124,7 @@ TEST_CASE(
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small), broken = folder.write("icd.json", "no JSON"),
                       icds = "VK_DRIVER_FILES=" + broken + " VK_ICD_FILENAMES=" + broken;
-    const std::string cause = "a driver or layer is not JSON; VK_LOADER_DEBUG=error names it";
+    const std::string cause = "VK_LOADER_DEBUG=error names it"; // loaders differ in what they call it
     const Outcome devices = command(folder, "devices", icds);
     CHECK(devices.status == 0);
     CHECK(devices.out.find(cause) != std::string::npos);

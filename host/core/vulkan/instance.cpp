@@ -120,7 +120,8 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : Insta
     info.ppEnabledExtensionNames = enabled.data();
     const VkResult created = vkCreateInstance(&info, nullptr, &handle_);
     if (created == VK_ERROR_INCOMPATIBLE_DRIVER)
-        no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers)");
+        no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers) whose file it can read; "
+                  "VK_LOADER_DEBUG=error names it");
     if (created == VK_ERROR_LAYER_NOT_PRESENT)
         no_device(std::string("the layer ") + validation_layer + " is not installed");
     check(created, "vkCreateInstance");
