@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <ranges>
 
 namespace dermis {
 namespace {
@@ -27,13 +26,15 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
     std::vector<WitnessCell> chosen;
     if (!schedule.others.empty()) return chosen; // no cell of a sum is stepped
     const std::vector<Site>& sites = skin.description.sites;
-    for (size_t k : planner::telling_sites(skin, schedule) | std::views::take(count))
-        chosen.push_back({sites[k].cell, int(sites[k].type), schedule.output.probes.size() + k});
+    const std::vector<size_t> at = planner::telling_sites(skin, schedule);
+    for (size_t i = 0; i < std::min(count, at.size()); ++i)
+        chosen.push_back({sites[at[i]].cell, int(sites[at[i]].type), schedule.output.probes.size() + at[i]});
     if (schedule.output.traces.empty() && schedule.output.fields.empty()) return chosen;
     schedule.keeps_maps = true; // for means and extremes
-    for (const Cell& cell : planner::telling_cells(skin, schedule) | std::views::take(count)) {
-        chosen.push_back({cell, WitnessCell::traced, schedule.points.size()});
-        schedule.points.push_back(cell);
+    const std::vector<Cell> cells = planner::telling_cells(skin, schedule);
+    for (size_t i = 0; i < std::min(count, cells.size()); ++i) {
+        chosen.push_back({cells[i], WitnessCell::traced, schedule.points.size()});
+        schedule.points.push_back(cells[i]);
     }
     return chosen;
 }
