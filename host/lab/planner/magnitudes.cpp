@@ -54,7 +54,9 @@ double roundings_of(const PreparedSkin& skin, const std::vector<double>& map) {
 Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
     const double weight = skin.constants.bend * weight_of(skin.stencil);
     Roughness r{weight, 6 * weight, weight};
-    const bool even = std::ranges::adjacent_find(schedule.pressure, std::not_equal_to()) == schedule.pressure.end();
+    // Numbers that differ before they are multiplied by the intensity are off by unequal amounts.
+    const auto equal = [](const Map& m) { return std::ranges::adjacent_find(m, std::not_equal_to()) == m.end(); };
+    const bool even = equal(schedule.pressure) && !schedule.load.map.empty() && equal(schedule.load.map);
     if (skin.cells() == 1 || (skin.uniform() && !schedule.framed && even)) return {};
     if (!skin.uniform() || schedule.framed || peak == 0) return r;
     const Grid unit = plan::without_spacing(skin.description.grid);
