@@ -23,7 +23,7 @@ struct Special {
 template <class Member> struct ClassOf { using type = Special; };
 template <class T, class Value> struct ClassOf<Value T::*> { using type = T; };
 
-// Where a key is allowed: in the words of an error, and as a question to the struct that it belongs to.
+// Says whether a struct may have a key. words: of the error if it may not.
 template <class T> struct Only {
     const char* words = "";
     bool (*holds)(const T&) = nullptr; // null: everywhere
@@ -40,7 +40,7 @@ template <class Member> struct Key {
 };
 template <class Member, class... Rest> Key(const char*, Member, Rest...) -> Key<Member>;
 
-// What an optional holds, or the type itself.
+// The type in an optional, or the type itself.
 template <class T> struct Held {
     using type = T;
     static constexpr bool optional = false;

@@ -71,16 +71,16 @@ inline constexpr auto rows<Depths> =
                Key{"fa1", &Depths::fa1, "m", not_negative, "none", "below the surface"},
                Key{"fa2", &Depths::fa2, "m", not_negative, "none", "below the surface"}};
 template <>
-inline constexpr auto rows<Follow> = std::tuple{Key{"sa1", &Follow::sa1, "", no_range, "", "what SA1 answers to"},
-                                                Key{"sa2", &Follow::sa2, "", no_range, "", "what SA2 answers to"}};
+inline constexpr auto rows<Follow> = std::tuple{Key{"sa1", &Follow::sa1, "", no_range, "", "the input of SA1"},
+                                                Key{"sa2", &Follow::sa2, "", no_range, "", "the input of SA2"}};
 template <>
 inline constexpr auto rows<Receptors> = std::tuple{
     Key{"fa2", &Receptors::fa2, "", no_range, "\"point\", or \"step-mean\" where a point has no value",
         "FA2 at an output's time, or its mean over the step"},
     Key{"fa2_gains", &Receptors::fa2_gains, "", number, "", "of positive and of negative values"},
     Key{"depth", &Receptors::depth, "", no_range, "none", "of each class below the surface"},
-    Key{"follow", &Receptors::follow, "", no_range, "", "what a class answers to"},
-    Key{"kernel", &Receptors::kernel, "", no_range, "", "what acts at a depth"},
+    Key{"follow", &Receptors::follow, "", no_range, "", "the input of a class: strain or stress"},
+    Key{"kernel", &Receptors::kernel, "", no_range, "", "the stress or the strain at a depth"},
     Key{"poisson", &Receptors::poisson, "", half, "0.4", "Poisson's ratio of the half-space"},
     Key{"sa2_adaptation", &Receptors::sa2_adaptation, "s", positive, "none: SA2 is a plain integral", "of SA2"}};
 

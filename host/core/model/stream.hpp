@@ -41,10 +41,10 @@ class Stream {
     virtual bool copy(const float* numbers, size_t count, float* to) {
         return copy_rows({.from = numbers, .stride = count, .width = count, .to = to, .pitch = count}, 0, 1);
     }
-    // Whether press_frames() does take(), prepare() and press() with each of `count` frames at once, whose first step
-    // is prepared. Only the last press answers. frames: the library's memory, one after another, each of `numbers`
-    // finite numbers.
+    // Whether press_frames() presses several frames in one pass; if not, it is not called.
     virtual bool joins_frames() const { return false; }
+    // Presses `count` frames; the first step is prepared, and only the last press answers. frames: the library's
+    // memory, one after another, each of `numbers` finite numbers.
     virtual void press_frames(const PadList&, const float* /*frames*/, size_t /*count*/, size_t /*numbers*/,
                               const StepLengths&) {}
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the

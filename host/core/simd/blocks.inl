@@ -99,7 +99,7 @@ struct Gathered {
         Wide all[members];
 #pragma GCC unroll 8
         for (int m = 0; m < members; m += side) {
-            Wide::Lanes cell[4]; // of which `side` are used
+            Wide::Lanes cell[4]; // the first `side` are used
 #pragma GCC unroll 4
             for (int j = 0; j < side; ++j) cell[j] = loaded<lanes / side, entries>(table, material, m, j);
             if constexpr (side == 2) {

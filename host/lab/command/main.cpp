@@ -169,7 +169,7 @@ int explain_scene(const Arguments& a) {
     return 0;
 }
 
-// Prints the error of a result as far as it is known.
+// Prints the predicted and the measured error, if they are known.
 void print_error(const Scene& scene, const Result& r) {
     if (std::isnan(r.predicted_error)) return;
     fmt::print("error at most {:.2g}", r.predicted_error);

@@ -84,10 +84,11 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
         const double units = share == 1 ? 1 : as.single ? 3 : 2; // of the change, of the share and of their product
         return change * (units * u * share + share_off) + 2 * least;
     };
+    const auto whole = [](double x) { return x == std::floor(x); };
     return {
         .s0 = {s0, least + u * s0 + (start == 0 ? 0 : rounded(start, share_off(start, begin, step.begin)) + u * s0)},
-        .ds = change == 0
-                  ? Counted{} // equal frames are rounded alike
+        .ds = change == 0 && whole(2 * start) && whole(2 * end)
+                  ? Counted{} // from frame to frame: equal ones are rounded alike
                   : Counted{step.rise * change, 2 * least + u * step.rise * (from + to) +
                                                     rounded(step.rise, share_off(step.rise, step.begin, step.end))},
         .sj = {step.jump * from, step.jump * (least + u * from)},
