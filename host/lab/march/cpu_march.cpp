@@ -16,7 +16,7 @@ template <class K> class March : public plan::Stepper {
 
     March(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::Variant& variant, int threads,
           const simd::Isa& isa, Sink sink)
-        : skin_(skin), schedule_(schedule), sink_(std::move(sink)), isa_(isa),
+        : skin_(skin), schedule_(schedule), sink_(std::move(sink)), isa_(isa), holds_rate_(variant.state().rate),
           cells_(skin, variant, schedule.pressed, threads, isa, schedule.points),
           rest_(plan::padded_rest_curvature<real>(skin)) {
         if (schedule.framed) pressure(0) = pressure(1) = std::vector<real>(skin.padded_cells());
@@ -32,7 +32,7 @@ template <class K> class March : public plan::Stepper {
     }
 
     void press(const plan::Step& step) override {
-        if (steady_ && repeats(step)) { // pressed once more, everything stays as it is
+        if (steady_ && repeats(step, slots_[last_].step)) { // pressed once more, everything stays as it is
             ++left_out_;
             if (sampled(step)) hand_over(step, slots_[last_]);
             return;
@@ -110,7 +110,9 @@ template <class K> class March : public plan::Stepper {
         waiting_ = 0;
         const plan::Step& step = slots_[last_].step;
         const int counts = simd::strain_changed | (schedule_.wanted[QUANTITY_SA2] ? simd::integral_changed : 0);
-        steady_ = step.keep && sampled(step) && step.jump == 0 && (changed[last_] & counts) == 0;
+        const bool again = last_ > 0 && repeats(step, slots_[last_ - 1].step); // the spring's rate is that of the load
+        steady_ =
+            step.keep && sampled(step) && step.jump == 0 && (changed[last_] & counts) == 0 && (again || !holds_rate_);
     }
 
     void make_coefficients(Slot& slot) const {
@@ -172,8 +174,7 @@ template <class K> class March : public plan::Stepper {
                       map.row(y, skin_.pitch) + box.last_column(skin_.width()), std::numeric_limits<real>::quiet_NaN());
     }
 
-    bool repeats(const plan::Step& step) const {
-        const plan::Step& last = slots_[last_].step;
+    static bool repeats(const plan::Step& step, const plan::Step& last) {
         return step.keep && step.jump == 0 && step.same_coefficients(last) && step.start == last.start &&
                step.rise == last.rise && step.frame == last.frame;
     }
@@ -205,6 +206,7 @@ template <class K> class March : public plan::Stepper {
     const plan::Schedule& schedule_;
     Sink sink_;
     const simd::Isa& isa_;
+    const bool holds_rate_; // the state holds the rate of a spring
     Cells<K> cells_;
     static constexpr size_t frames_kept = plan::steps_of_batch + 1;
     std::array<std::vector<real>, frames_kept> pressure_; // of the last frames; without frames the first alone

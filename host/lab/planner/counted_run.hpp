@@ -8,7 +8,8 @@
 
 namespace dermis::planner {
 
-// A material of a run, how its cell is computed, and the greatest |pressure| on it.
+// A material of a run, and how its cell is computed. peak: the greatest |pressure| on the cells that are read; that of
+// the depth where it is least. Frames press such a cell by no more, if others by far more.
 struct CountedMaterial {
     plan::Element element;
     CountedArithmetic arithmetic;

@@ -97,7 +97,7 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
                                             .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
                                             .denormal = kind.single && peak > 0 ? 0x1p-150 * peak / read : 0,
                                             .least = peak > 0 ? least / read : 0},
-                             .peak = peak});
+                             .peak = read});
     }
     for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
         for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
