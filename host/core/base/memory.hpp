@@ -5,6 +5,7 @@
 #include "dermis/skin.hpp"
 
 #include <new>
+#include <type_traits>
 
 namespace dermis::scene {
 
@@ -21,11 +22,16 @@ template <class What> [[noreturn]] void out_of_memory(What&& what) {
     }
 }
 
-// Ends a function that is a try block: with words that say what needed how much.
-#define OR_OUT_OF_MEMORY(words)                                                                                        \
-    catch (const std::bad_alloc&) {                                                                                    \
-        ::dermis::scene::out_of_memory([&] { return words; });                                                         \
+// Returns call(), and tells in words what needed how much if there is too little memory. words: text, or what returns
+// it.
+template <class Words, class Call> decltype(auto) guarded(const Words& words, Call&& call) {
+    try {
+        return call();
+    } catch (const std::bad_alloc&) {
+        if constexpr (std::is_invocable_v<const Words&>) out_of_memory(words);
+        else out_of_memory([&] { return words; });
     }
+}
 
 // "1.34 GB"
 std::string bytes_text(double bytes);

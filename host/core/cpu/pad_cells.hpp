@@ -5,7 +5,7 @@
 
 #include "host/core/cpu/planes.hpp"
 #include "host/core/cpu/site_readers.hpp"
-#include "host/core/model/streamed_skin.hpp"
+#include "host/core/model/stream.hpp"
 
 namespace dermis::cpu {
 
@@ -42,6 +42,9 @@ class PadCells {
     // Copies the planes of a pad's state (plan::StateLayout), without the pressure.
     void save(int pad, char* planes) const;
     void load(int pad, const char* planes);
+    size_t planes() const { return size_t(variant_.state().planes()); } // of a state
+    // Copies some cells of these planes, then of the pressures of a pad's cells.
+    void read(int pad, const std::vector<plan::HeldCell>&, const float* pressure, float* to) const;
 
   private:
     struct Worker {

@@ -150,6 +150,15 @@ class SkinStream : public plan::Stream {
         for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(to.pressure + y * row, pressure() + y * pitch_, row);
     }
 
+    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, float* to) override {
+        const auto copy = [&](const float* map) {
+            for (const plan::HeldCell& c : cells) *to++ = map[c.cell / width_ * pitch_ + c.cell % width_];
+        };
+        if (pads.count == 0) return;
+        press_.each_plane(copy);
+        copy(pressure());
+    }
+
     void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
         if (pads.count == 0) return;
         if (held_.empty()) press_.load(from.strains);

@@ -26,29 +26,29 @@ struct SplitMix64 {
 
 } // namespace
 
-std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) try {
+std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) {
     const DefaultFloats guard;
     if (!grid.spacing) scene::refuse("grid.spacing", "(not given)", "metres, required for sites by density");
     const double area = grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4; // cm2
-    SplitMix64 random{seed};
-    std::vector<Site> sites;
-    for (const scene::ReceptorClass& c : scene::receptor_classes) {
-        const std::string key = std::string("sites.density.") + name(c.type);
-        const double per_area = density.*c.density, count = std::round(per_area * area);
-        scene::need_not_negative(key.c_str(), per_area);
-        scene::need(count <= 1e8, key.c_str(), per_area, "at most 1e8 receptors of a class");
-        for (double n = 0; n < count; ++n) {
-            const int x = random.below(grid.width);
-            sites.push_back({c.type, {x, random.below(grid.height)}});
+    double all = 0;
+    for (const scene::ReceptorClass& c : scene::receptor_classes) all += std::round(density.*c.density * area);
+    const auto words = [&] {
+        return "about " + shortest(all) + " receptors need " + scene::bytes_text(all * sizeof(Site));
+    };
+    return scene::guarded(words, [&] {
+        SplitMix64 random{seed};
+        std::vector<Site> sites;
+        for (const scene::ReceptorClass& c : scene::receptor_classes) {
+            const std::string key = std::string("sites.density.") + name(c.type);
+            const double per_area = density.*c.density, count = std::round(per_area * area);
+            scene::need_not_negative(key.c_str(), per_area);
+            scene::need(count <= 1e8, key.c_str(), per_area, "at most 1e8 receptors of a class");
+            for (double n = 0; n < count; ++n) {
+                const int x = random.below(grid.width);
+                sites.push_back({c.type, {x, random.below(grid.height)}});
+            }
         }
-    }
-    return sites;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] {
-        double count = 0;
-        for (const scene::ReceptorClass& c : scene::receptor_classes)
-            count += density.*c.density * grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4;
-        return "some " + shortest(std::round(count)) + " receptors need " + scene::bytes_text(count * sizeof(Site));
+        return sites;
     });
 }
 

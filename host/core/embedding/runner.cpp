@@ -289,6 +289,38 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
     if (saves) move();
 }
 
+// Downloads rows of pressure, and of a state, whose rows are single cells where sites read them.
+void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, float* to) {
+    const Use use = context_->need_working();
+    const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
+    const size_t run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_, row = layout_.planes * pitch;
+    const auto *state = static_cast<const float*>(staging_->data()),
+               *pressure = state + pads_ * of_state / sizeof(float);
+    const VkCommandBuffer commands = recording().begin();
+    const auto download = [&](const Buffer& from, VkDeviceSize at, VkDeviceSize of_pad, size_t of_row, auto row_of) {
+        for (size_t i = 0; i < pads.count; ++i)
+            for (size_t k = 0, n; k < cells.size(); k += n) { // ascending cells: rows side by side at once
+                const size_t first = row_of(cells[k]);
+                size_t last = first;
+                for (n = 1; k + n < cells.size() && row_of(cells[k + n]) <= last + 1; ++n) last = row_of(cells[k + n]);
+                const VkDeviceSize bytes = of_row * sizeof(float), source = VkDeviceSize(pads[i]) * of_pad;
+                const VkBufferCopy region{source + first * bytes, at + i * of_pad + first * bytes,
+                                          (last + 1 - first) * bytes};
+                context_->calls().vkCmdCopyBuffer(commands, from.handle(), staging_->handle(), 1, &region);
+            }
+    };
+    download(state_[from_], 0, of_state, row, [&](const plan::HeldCell& c) { return c.held / run; });
+    download(pressure_[from_], pads_ * of_state, of_pressure, pitch_,
+             [&](const plan::HeldCell& c) { return c.cell / width_; });
+    recording().submit();
+    for (size_t i = 0; i < pads.count;
+         ++i, state += of_state / sizeof(float), pressure += of_pressure / sizeof(float)) {
+        for (size_t p = 0; p < layout_.planes; ++p)
+            for (const plan::HeldCell& c : cells) *to++ = state[c.held / run * row + p * pitch + c.held % run];
+        for (const plan::HeldCell& c : cells) *to++ = pressure[c.cell / width_ * pitch_ + c.cell % width_];
+    }
+}
+
 void SkinRunner::save(const plan::PadList& pads, const plan::StateMemory<char>& to) { transfer(pads, to); }
 
 void SkinRunner::load(const plan::PadList& pads, const plan::StateMemory<const char>& saved) {

@@ -217,9 +217,10 @@ plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, con
 
 SkinProgram::SkinProgram() = default;
 SkinProgram::SkinProgram(const Handles& handles, const SkinDescription& description, uint32_t max_bindings,
-                         const SkinOptions& options) try
-    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {}
-OR_OUT_OF_MEMORY(scene::needs_of(description, options))
+                         const SkinOptions& options)
+    : SkinProgram(scene::guarded(
+          [&] { return scene::needs_of(description, options); },
+          [&] { return Internal::make(handles, streamed(description, max_bindings, options), max_bindings); })) {}
 SkinProgram::~SkinProgram() = default;
 SkinProgram::SkinProgram(SkinProgram&&) noexcept = default;
 SkinProgram& SkinProgram::operator=(SkinProgram&&) noexcept = default;
@@ -294,19 +295,21 @@ void SkinProgram::Impl::check_apart(const Buffers& b) const {
                        "memory of its own, because a press writes it");
 }
 
-Binding SkinProgram::bind(const Buffers& b) try {
-    Impl& impl = *impl_;
-    impl.check_apart(b);
-    if (impl.bindings == impl.max_bindings)
-        refuse("max_bindings", std::to_string(impl.max_bindings), "as many as are bound, and this is one more");
-    Binding binding;
-    binding.program = impl_.get();
-    binding.set = impl.bindings;
-    impl.recorder.bind(binding.set, b);
-    ++impl.bindings;
-    return binding;
+Binding SkinProgram::bind(const Buffers& b) {
+    const auto words = [&] { return impl_->words_of_needs(); };
+    return scene::guarded(words, [&] {
+        Impl& impl = *impl_;
+        impl.check_apart(b);
+        if (impl.bindings == impl.max_bindings)
+            refuse("max_bindings", std::to_string(impl.max_bindings), "as many as are bound, and this is one more");
+        Binding binding;
+        binding.program = impl_.get();
+        binding.set = impl.bindings;
+        impl.recorder.bind(binding.set, b);
+        ++impl.bindings;
+        return binding;
+    });
 }
-OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
     for (size_t i = 0; !pads.all && i < pads.count; ++i) {
@@ -386,27 +389,31 @@ Recorded SkinProgram::record_touch(VkCommandBuffer commands, const VkDescriptorB
     return {};
 }
 
-void SkinProgram::set_material(const Material& material, const Pads& pads) try {
-    const DefaultFloats guard;
-    Impl& impl = *impl_;
-    const plan::StreamedSkin& skin = impl.recorder.skin();
-    if (!impl.ascend(pads)) refuse("pads", "(numbers)", "ascending numbers of pads");
-    const plan::PadList list{.ids = pads.all ? nullptr : pads.numbers,
-                             .count = pads.all ? size_t(skin.pads) : pads.count};
-    plan::need_new_material(skin.skin.uniform(), !skin.elements_of_pad.empty(), list.count, size_t(skin.pads));
-    const std::vector<plan::Element> elements =
-        plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
-    impl.recorder.set_elements(list, elements);
+void SkinProgram::set_material(const Material& material, const Pads& pads) {
+    const auto words = [&] { return impl_->words_of_needs(); };
+    scene::guarded(words, [&] {
+        const DefaultFloats guard;
+        Impl& impl = *impl_;
+        const plan::StreamedSkin& skin = impl.recorder.skin();
+        if (!impl.ascend(pads)) refuse("pads", "(numbers)", "ascending numbers of pads");
+        const plan::PadList list{.ids = pads.all ? nullptr : pads.numbers,
+                                 .count = pads.all ? size_t(skin.pads) : pads.count};
+        plan::need_new_material(skin.skin.uniform(), !skin.elements_of_pad.empty(), list.count, size_t(skin.pads));
+        const std::vector<plan::Element> elements =
+            plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
+        impl.recorder.set_elements(list, elements);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
-void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) try {
-    Impl& impl = *impl_;
-    impl.check_range("check", range, impl.needs.check);
-    if (impl.check->bound()) refuse("check", "bound already", "one binding");
-    impl.check->bind(range);
+void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
+    const auto words = [&] { return impl_->words_of_needs(); };
+    scene::guarded(words, [&] {
+        Impl& impl = *impl_;
+        impl.check_range("check", range, impl.needs.check);
+        if (impl.check->bound()) refuse("check", "bound already", "one binding");
+        impl.check->bind(range);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     const Impl& impl = *impl_;
@@ -415,13 +422,15 @@ bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     return true;
 }
 
-bool SkinProgram::check_passed(const void* bytes, size_t size) const try {
-    const DefaultFloats guard;
-    if (!bytes || size < impl_->needs.check.bytes)
-        refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
-               "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
-    return impl_->check->passed(static_cast<const unsigned char*>(bytes));
+bool SkinProgram::check_passed(const void* bytes, size_t size) const {
+    const auto words = [&] { return impl_->words_of_needs(); };
+    return scene::guarded(words, [&] {
+        const DefaultFloats guard;
+        if (!bytes || size < impl_->needs.check.bytes)
+            refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
+                   "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
+        return impl_->check->passed(static_cast<const unsigned char*>(bytes));
+    });
 }
-OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 } // namespace dermis::vulkan

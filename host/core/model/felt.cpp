@@ -23,17 +23,18 @@ std::vector<float> Felt::strain(const float* planes, const float* pressure,
                                 const std::vector<Element>& elements) const {
     std::vector<float> strain(layout_.cells);
     const double spring = elements.empty() ? 0 : elements.back().modulus;
-    for (size_t i = 0; i < strain.size(); ++i) strain[i] = strain_at(i, planes, pressure, spring);
+    for (size_t i = 0; i < strain.size(); ++i)
+        strain[i] = strain_at(i, planes + i, layout_.cells, pressure[read_.empty() ? i : read_[i]], spring);
     return strain;
 }
 
-float Felt::strain_at(size_t i, const float* planes, const float* pressure, double spring) const {
-    float strain = planes[i];
+float Felt::strain_at(size_t i, const float* first, size_t plane, float pressure, double spring) const {
+    float strain = *first;
     for (size_t e = 1; e < chain_.elements(); ++e)
-        strain = f32::in_series(strain, planes[size_t(STATE_SUM(int(e), int(compensated_), 0)) * layout_.cells + i]);
+        strain = f32::in_series(strain, first[size_t(STATE_SUM(int(e), int(compensated_), 0)) * plane]);
     if (!chain_.spring) return strain;
     const float modulus = float(springs_.empty() ? spring : springs_[i]);
-    return f32::in_series(strain, f32::flush(pressure[read_.empty() ? i : read_[i]] / modulus));
+    return f32::in_series(strain, f32::flush(pressure / modulus));
 }
 
 void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {

@@ -17,11 +17,9 @@ class Felt {
     // The strain of each cell that a state holds. planes, pressure: of a pad's state (StateLayout). elements: the pad's
     // elements in series, where all cells have the same.
     std::vector<float> strain(const float* planes, const float* pressure, const std::vector<Element>& elements) const;
-    // Whether the strain of cell i is planes[i].
-    bool is_plane() const { return chain_.elements() == 1 && !chain_.spring; }
-    // The strain of cell i of the state. spring: the modulus of the pad's spring in series, where all cells have the
-    // same.
-    float strain_at(size_t i, const float* planes, const float* pressure, double spring) const;
+    // The strain of cell i of the state. first: its number in the first plane, and `plane` numbers behind it in the
+    // next. spring: the modulus of the pad's spring in series, where all cells have the same.
+    float strain_at(size_t i, const float* first, size_t plane, float pressure, double spring) const;
     // Writes strain, indentation or curvature. rest_curvature: width*height of fields.
     void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
 

@@ -10,6 +10,11 @@
 
 namespace dermis::plan {
 
+// A cell that a state holds: its number there, and in the grid.
+struct HeldCell {
+    size_t held, cell;
+};
+
 // A batch of pads, skins of one description, that is pressed frame by frame; a single skin is a batch of one. A press
 // is take() or take_cells(), then prepare(), then press(). The first two change no state; press() refuses and allocates
 // nothing.
@@ -55,6 +60,9 @@ class Stream {
     // the pressure of a cell that no site reads may be any number.
     virtual void save(const PadList&, const StateMemory<char>&) = 0;
     virtual void load(const PadList&, const StateMemory<const char>&) = 0;
+    // Copies what the states of pads hold of some cells: for each pad plane by plane, as save() does, then their
+    // pressures.
+    virtual void read(const PadList&, const std::vector<HeldCell>&, float* to) = 0;
     // Keeps memory in which the states of all pads are copied, so that save() and load() allocate nothing.
     virtual void reserve_states() {}
     // Gives pads other elements in series, the same number as before; strains are kept.

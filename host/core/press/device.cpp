@@ -22,18 +22,19 @@ Device open_when_marching() {
     return device;
 }
 
-Device Device::cpu(int threads) try {
-    if (threads < 0 || threads > 1024)
-        throw Error(Error::Code::bad_input, "threads",
-                    "threads = " + std::to_string(threads) + "; allowed: 0 (one per core) .. 1024");
-    auto impl = std::make_shared<Impl>();
-    impl->info.name = "cpu";
-    impl->info.kind = "cpu path";
-    impl->backend = std::make_shared<cpu::CpuBackend>(threads);
-    impl->tested = Impl::Tested::every_march; // others are tested against the CPU path
-    return Device(impl);
+Device Device::cpu(int threads) {
+    return scene::guarded("device \"cpu\"", [&] {
+        if (threads < 0 || threads > 1024)
+            throw Error(Error::Code::bad_input, "threads",
+                        "threads = " + std::to_string(threads) + "; allowed: 0 (one per core) .. 1024");
+        auto impl = std::make_shared<Impl>();
+        impl->info.name = "cpu";
+        impl->info.kind = "cpu path";
+        impl->backend = std::make_shared<cpu::CpuBackend>(threads);
+        impl->tested = Impl::Tested::every_march; // others are tested against the CPU path
+        return Device(impl);
+    });
 }
-OR_OUT_OF_MEMORY("device \"cpu\"")
 
 const DeviceInfo& Device::info() const noexcept { return impl_->info; }
 

@@ -160,8 +160,8 @@ const float* Shear::strain() {
                                          .pressure_step = cells * sizeof(float)});
     for (size_t p = 0; p < 2 * pads_; ++p)
         for (size_t i = 0; i < cells; ++i)
-            strains_[p * cells + i] =
-                felt_->strain_at(i, planes_.data() + p * of_state, pressures_.data() + p * cells, springs_[p % pads_]);
+            strains_[p * cells + i] = felt_->strain_at(i, planes_.data() + p * of_state + i, layout_.cells,
+                                                       pressures_[p * cells + i], springs_[p % pads_]);
     is_read_ = true;
     return strains_.data();
 }

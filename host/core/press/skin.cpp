@@ -399,15 +399,17 @@ const std::vector<float>& Skin::Impl::tell(Quantity q) {
     return all;
 }
 
-Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) try {
-    const DefaultFloats guard;
-    Device::Impl& d = device.impl();
-    impl_ = std::make_unique<Impl>(plan::streamed_skin(description, without_stretch(options), d.backend->threads()),
-                                   options, *d.backend);
-    if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
-    d.need_exact();
+Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) {
+    const auto words = [&] { return scene::needs_of(description, options); };
+    scene::guarded(words, [&] {
+        const DefaultFloats guard;
+        Device::Impl& d = device.impl();
+        impl_ = std::make_unique<Impl>(plan::streamed_skin(description, without_stretch(options), d.backend->threads()),
+                                       options, *d.backend);
+        if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
+        d.need_exact();
+    });
 }
-OR_OUT_OF_MEMORY(scene::needs_of(description, options))
 
 Skin::~Skin() = default;
 Skin::Skin(Skin&&) noexcept = default;
@@ -415,166 +417,180 @@ Skin& Skin::operator=(Skin&&) noexcept = default;
 
 int Skin::count() const { return int(impl_->count); }
 
-void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) try {
-    impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads));
+void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] { impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads)); });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) try {
-    const plan::PadList list = impl_->list_of(pads);
-    if (steps != list.count)
-        scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
-    impl_->steps_of_pads.reserve(impl_->count);
-    impl_->steps_of_pads.assign(dt, dt + steps);
-    impl_->press(pressure, cells, impl_->steps(impl_->steps_of_pads.data(), true), list);
+void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        const plan::PadList list = impl_->list_of(pads);
+        if (steps != list.count)
+            scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
+        impl_->steps_of_pads.reserve(impl_->count);
+        impl_->steps_of_pads.assign(dt, dt + steps);
+        impl_->press(pressure, cells, impl_->steps(impl_->steps_of_pads.data(), true), list);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::press(const float* pressure, const float* traction, size_t cells, double dt, const Pads& pads) try {
-    if (!traction) scene::refuse("traction", "(null)", "a pointer");
-    impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads), traction);
+void Skin::press(const float* pressure, const float* traction, size_t cells, double dt, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        if (!traction) scene::refuse("traction", "(null)", "a pointer");
+        impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads), traction);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::press(const contact::Touch& touch, double dt) try {
-    impl_->need_touch(touch.impl());
-    impl_->press(touch.impl(), impl_->steps(&dt));
+void Skin::press(const contact::Touch& touch, double dt) {
+    scene::guarded(impl_->needs, [&] {
+        impl_->need_touch(touch.impl());
+        impl_->press(touch.impl(), impl_->steps(&dt));
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-Skin::Response Skin::response(Quantity q) const try {
-    Impl& s = *impl_;
-    if (q == Quantity::strain || q == Quantity::indentation || q == Quantity::curvature) {
-        const DefaultFloats guard;
-        const std::vector<float>& all = s.tell(q);
-        return {all.data(), all.size()};
-    }
-    if (q == Quantity::sa2 && s.shear.sa2()) return {s.shear.sa2(), s.count * s.cells()};
-    if (s.shear.any() && q >= Quantity::shear_x) {
-        const size_t all = s.count * s.cells();
-        if (q <= Quantity::shear_y) return {s.shear.strain() + (q == Quantity::shear_y ? all : 0), all};
-        std::vector<float>& own = s.stretch[size_t(q) - size_t(Quantity::stretch_x)];
-        s.shear.read_stretch(q, own);
-        return {own.data(), all};
-    }
-    if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
-        scene::refuse("response", std::string("\"") + name(q) + "\"",
-                      std::string(s.fields ? "the responses that the skin was made with"
-                                           : "the classes of the description's sites") +
-                          ", strain, indentation, curvature" +
-                          (s.shear.any() ? ", shear_x, shear_y, stretch_x, stretch_y, stretch_xy" : ""));
-    const float* data = s.stream->response(q); // throws if the device is lost
-    return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
+Skin::Response Skin::response(Quantity q) const {
+    return scene::guarded(impl_->needs, [&]() -> Skin::Response {
+        Impl& s = *impl_;
+        if (q == Quantity::strain || q == Quantity::indentation || q == Quantity::curvature) {
+            const DefaultFloats guard;
+            const std::vector<float>& all = s.tell(q);
+            return {all.data(), all.size()};
+        }
+        if (q == Quantity::sa2 && s.shear.sa2()) return {s.shear.sa2(), s.count * s.cells()};
+        if (s.shear.any() && q >= Quantity::shear_x) {
+            const size_t all = s.count * s.cells();
+            if (q <= Quantity::shear_y) return {s.shear.strain() + (q == Quantity::shear_y ? all : 0), all};
+            std::vector<float>& own = s.stretch[size_t(q) - size_t(Quantity::stretch_x)];
+            s.shear.read_stretch(q, own);
+            return {own.data(), all};
+        }
+        if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
+            scene::refuse("response", std::string("\"") + name(q) + "\"",
+                          std::string(s.fields ? "the responses that the skin was made with"
+                                               : "the classes of the description's sites") +
+                              ", strain, indentation, curvature" +
+                              (s.shear.any() ? ", shear_x, shear_y, stretch_x, stretch_y, stretch_xy" : ""));
+        const float* data = s.stream->response(q); // throws if the device is lost
+        return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::press_frames(const float* frames, size_t count, size_t numbers, double dt, const Pads& pads) try {
-    Impl& s = *impl_;
-    const plan::PadList list = s.list_of(pads);
-    const plan::StepLengths steps = s.steps(&dt);
-    s.need_press(numbers, steps, list, s.cells());
-    s.need_shear(false);
-    scene::need(count > 0, "count", count, "at least 1 frame");
-    s.press_frames(list, frames, count, numbers, steps);
+void Skin::press_frames(const float* frames, size_t count, size_t numbers, double dt, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        Impl& s = *impl_;
+        const plan::PadList list = s.list_of(pads);
+        const plan::StepLengths steps = s.steps(&dt);
+        s.need_press(numbers, steps, list, s.cells());
+        s.need_shear(false);
+        scene::need(count > 0, "count", count, "at least 1 frame");
+        s.press_frames(list, frames, count, numbers, steps);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-std::vector<int> Skin::cells() const try {
-    std::vector<int> all(impl_->read.begin(), impl_->read.end());
-    if (!impl_->fields) return all;
-    all.resize(impl_->cells());
-    std::iota(all.begin(), all.end(), 0);
-    return all;
+std::vector<int> Skin::cells() const {
+    return scene::guarded(impl_->needs, [&]() -> std::vector<int> {
+        std::vector<int> all(impl_->read.begin(), impl_->read.end());
+        if (!impl_->fields) return all;
+        all.resize(impl_->cells());
+        std::iota(all.begin(), all.end(), 0);
+        return all;
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::press_cells(const float* pressure, size_t numbers, double dt, const Pads& pads) try {
-    Impl& s = *impl_;
-    const plan::PadList list = s.list_of(pads);
-    const plan::StepLengths steps = s.steps(&dt);
-    if (s.fields) return s.press(pressure, numbers, steps, list);
-    s.need_press(numbers, steps, list, s.read.size());
-    if (!s.stream->take_cells(list, s.to_take(pressure, numbers), s.read, s.cells()))
-        s.refuse_pressure(pressure, list, 1, s.read);
-    const Impl::Press pressed(s);
-    s.step(list, steps);
+void Skin::press_cells(const float* pressure, size_t numbers, double dt, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        Impl& s = *impl_;
+        const plan::PadList list = s.list_of(pads);
+        const plan::StepLengths steps = s.steps(&dt);
+        if (s.fields) return s.press(pressure, numbers, steps, list);
+        s.need_press(numbers, steps, list, s.read.size());
+        if (!s.stream->take_cells(list, s.to_take(pressure, numbers), s.read, s.cells()))
+            s.refuse_pressure(pressure, list, 1, s.read);
+        const Impl::Press pressed(s);
+        s.step(list, steps);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
 Skin::Spikes Skin::spikes() const {
     const std::vector<Spike>& all = impl_->spiking.spikes();
     return {all.data(), all.size()};
 }
 
-void Skin::reset(const Pads& pads) try {
-    const plan::PadList list = impl_->list_of(pads);
-    impl_->stream->reset(list);
-    impl_->spiking.reset(list);
-    impl_->shear.reset(list);
-    for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0;
+void Skin::reset(const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        const plan::PadList list = impl_->list_of(pads);
+        impl_->stream->reset(list);
+        impl_->spiking.reset(list);
+        impl_->shear.reset(list);
+        for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0;
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-size_t Skin::state_bytes(const Pads& pads) const try { return impl_->saved_state.bytes(impl_->list_of(pads).count); }
-OR_OUT_OF_MEMORY(impl_->needs)
-
-void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
-    const plan::PadList list = impl_->list_of(pads);
-    impl_->save(list, impl_->saved_state.write(state, bytes, list.count));
+size_t Skin::state_bytes(const Pads& pads) const {
+    return scene::guarded(impl_->needs, [&] { return impl_->saved_state.bytes(impl_->list_of(pads).count); });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
-    const plan::PadList list = impl_->list_of(pads);
-    const char* const given = static_cast<const char*>(state);
-    const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
-    const plan::StateMemory<const char> from = impl_->saved_state.read(given ? own.data() : nullptr, bytes, list.count);
-    impl_->spiking.need_possible(from.fibres, list.count);
-    for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0; // where the state has none
-    impl_->load(list, from);
+void Skin::save(void* state, size_t bytes, const Pads& pads) const {
+    scene::guarded(impl_->needs, [&] {
+        const plan::PadList list = impl_->list_of(pads);
+        impl_->save(list, impl_->saved_state.write(state, bytes, list.count));
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-void Skin::set_material(const Material& material, const Pads& pads) try {
-    const DefaultFloats guard;
-    Impl& s = *impl_;
-    const plan::PadList list = s.list_of(pads);
-    if (s.depth)
-        scene::refuse("material", "(given)", "none with control = depth, where the strain follows from the depth");
-    plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
-    const std::vector<plan::Element> elements =
-        plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
-    Material taken = s.description.material; // Copies come first: they allocate, and the rest does not.
-    scene::take_elements(taken, material);
-    std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
-    s.shear.set_elements(list, elements); // first: it copies them
-    s.stream->set_elements(list, elements);
-    s.spiking.set_elements(list, elements);
-    if (copies.empty()) s.description.material = std::move(taken);
-    for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
+void Skin::load(const void* state, size_t bytes, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        const plan::PadList list = impl_->list_of(pads);
+        const char* const given = static_cast<const char*>(state);
+        const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
+        const plan::StateMemory<const char> from =
+            impl_->saved_state.read(given ? own.data() : nullptr, bytes, list.count);
+        impl_->spiking.need_possible(from.fibres, list.count);
+        for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0; // where the state has none
+        impl_->load(list, from);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
 
-Report Skin::report(int pad) const try {
-    const DefaultFloats guard;
-    const Impl& s = *impl_;
-    scene::need(pad >= 0 && size_t(pad) < s.count, "pad", pad, "0.." + std::to_string(s.count - 1));
-    SkinDescription own = s.description;
-    scene::take_elements(own.material, s.material_of(pad));
-    std::optional<plan::PreparedSkin> skin;
-    if (!s.gain_at_rest) skin = plan::prepare_skin(own, s.threads);
-    std::vector<plan::Element> elements;
-    if (s.uniform) elements = scene::chain_of(own.material);
-    Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
-                              skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
-    if (const double dt = s.last_steps[size_t(pad)]; dt > 0 && !s.bent) report.vibration.value = vibration_between(dt);
-    const std::vector<float> strain = s.strain_of(pad);
-    report.strain.value = 0;
-    for (float eps : strain) report.strain.value = std::max(report.strain.value, double(std::abs(eps)));
-    if (skin && s.fields) s.bend(report, *skin, size_t(pad), {strain.begin(), strain.end()});
-    if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
-    return report;
+void Skin::set_material(const Material& material, const Pads& pads) {
+    scene::guarded(impl_->needs, [&] {
+        const DefaultFloats guard;
+        Impl& s = *impl_;
+        const plan::PadList list = s.list_of(pads);
+        if (s.depth)
+            scene::refuse("material", "(given)", "none with control = depth, where the strain follows from the depth");
+        plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
+        const std::vector<plan::Element> elements =
+            plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
+        Material taken = s.description.material; // Copies come first: they allocate, and the rest does not.
+        scene::take_elements(taken, material);
+        std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
+        s.shear.set_elements(list, elements); // first: it copies them
+        s.stream->set_elements(list, elements);
+        s.spiking.set_elements(list, elements);
+        if (copies.empty()) s.description.material = std::move(taken);
+        for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
+    });
 }
-OR_OUT_OF_MEMORY(impl_->needs)
+
+Report Skin::report(int pad) const {
+    return scene::guarded(impl_->needs, [&] {
+        const DefaultFloats guard;
+        const Impl& s = *impl_;
+        scene::need(pad >= 0 && size_t(pad) < s.count, "pad", pad, "0.." + std::to_string(s.count - 1));
+        SkinDescription own = s.description;
+        scene::take_elements(own.material, s.material_of(pad));
+        std::optional<plan::PreparedSkin> skin;
+        if (!s.gain_at_rest) skin = plan::prepare_skin(own, s.threads);
+        std::vector<plan::Element> elements;
+        if (s.uniform) elements = scene::chain_of(own.material);
+        Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
+                                  skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
+        if (const double dt = s.last_steps[size_t(pad)]; dt > 0 && !s.bent)
+            report.vibration.value = vibration_between(dt);
+        const std::vector<float> strain = s.strain_of(pad);
+        report.strain.value = 0;
+        for (float eps : strain) report.strain.value = std::max(report.strain.value, double(std::abs(eps)));
+        if (skin && s.fields) s.bend(report, *skin, size_t(pad), {strain.begin(), strain.end()});
+        if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
+        return report;
+    });
+}
 
 } // namespace dermis

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 namespace dermis {
 namespace {
@@ -30,28 +31,33 @@ std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
 
 } // namespace
 
-Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s), layout_(state_layout_of(s)) {
+Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s), planes_(state_layout_of(s).planes) {
     if (s.afferents.empty()) return;
     std::ranges::transform(s.afferents, std::back_inserter(kinds_), plan::kind_of);
     fibres_ = backend.fibres(kinds_, size_t(s.pads));
     const std::vector<Site>& sites = s.skin.description.sites;
     std::vector<size_t> held;
     if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
+    std::set<size_t> felt;
+    for (const Afferents& a : s.afferents)
+        for (const Cell& c : a.cells) felt.insert(s.skin.number_of(c));
+    for (const size_t cell : felt) {
+        const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
+        cells_.push_back({.held = sites.empty() ? cell : among, .cell = cell});
+    }
     for (size_t kind = 0; kind < kinds_.size(); ++kind)
         for (size_t ending = 0; ending < kinds_[kind].endings; ++ending) {
             const Afferents& a = s.afferents[kind];
             Source& source = sources_.emplace_back(
                 Source{.kind = kind, .ending = ending, .stress = a.follow == Signal::stress, .cells = {}});
-            for (size_t i = ending; i < a.cells.size(); i += kinds_[kind].endings) {
-                const size_t cell = size_t(a.cells[i].y) * size_t(s.skin.width()) + size_t(a.cells[i].x);
-                const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
-                source.cells.push_back(uint32_t(source.stress || sites.empty() ? cell : among));
-            }
+            for (size_t i = ending; i < a.cells.size(); i += kinds_[kind].endings)
+                source.cells.push_back(
+                    uint32_t(std::ranges::lower_bound(cells_, s.skin.number_of(a.cells[i]), {}, &plan::HeldCell::cell) -
+                             cells_.begin()));
         }
     springs_.resize(size_t(s.pads));
     moduli_.resize(size_t(s.pads));
-    strains_.resize(size_t(s.pads) * layout_.cells * layout_.planes);
-    pressures_.resize(size_t(s.pads) * layout_.pressure);
+    read_.resize(size_t(s.pads) * cells_.size() * (planes_ + 1));
     state_.resize(fibres_->state_size());
     if (!s.skin.uniform()) return;
     if (s.elements_of_pad.empty()) set_elements({.count = size_t(s.pads)}, s.skin.materials);
@@ -85,22 +91,18 @@ bool Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, si
 
 // The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
 void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
-    const size_t strains = layout_.cells * layout_.planes;
-    stream.save(pads, {.strains = reinterpret_cast<char*>(strains_.data()),
-                       .pressure = reinterpret_cast<char*>(pressures_.data()),
-                       .strains_step = strains * sizeof(float),
-                       .pressure_step = layout_.pressure * sizeof(float)});
-    const bool plane = felt_.is_plane();
-    for (size_t p = 0; p < pads.count; ++p) {
+    const size_t n = cells_.size();
+    stream.read(pads, cells_, read_.data());
+    const float* planes = read_.data();
+    for (size_t p = 0; p < pads.count; ++p, planes += n * (planes_ + 1)) {
         const size_t pad = size_t(pads[p]);
-        const float *planes = strains_.data() + p * strains, *pressure = pressures_.data() + p * layout_.pressure;
+        const float* const pressure = planes + n * planes_;
         const float modulus = float(moduli_[pad]);
         for (const Source& s : sources_) {
             float* to = fibres_->inputs(pad, s.kind, s.ending);
-            for (const uint32_t cell : s.cells) {
-                const float q = s.stress ? pressure[cell] / modulus
-                                : plane  ? planes[cell]
-                                         : felt_.strain_at(cell, planes, pressure, springs_[pad]);
+            for (const uint32_t i : s.cells) {
+                const float q = s.stress ? pressure[i] / modulus
+                                         : felt_.strain_at(cells_[i].held, planes + i, n, pressure[i], springs_[pad]);
                 *to++ = std::clamp(q, -float(greatest_input), float(greatest_input));
             }
         }

@@ -35,8 +35,7 @@ class Spiking {
   private:
     void read_inputs(const plan::PadList&, plan::Stream&);
 
-    // The cells of one ending of each fibre of a kind. For the stress cells are numbers in the grid; for the strain
-    // they are numbers among the cells of a saved state.
+    // The cells of one ending of each fibre of a kind: their places in `cells_`.
     struct Source {
         size_t kind, ending;
         bool stress;
@@ -44,12 +43,13 @@ class Spiking {
     };
     plan::Felt felt_;
     std::vector<plan::FibreKind> kinds_;
-    plan::StateLayout layout_;
+    size_t planes_;                     // of a state
+    std::vector<plan::HeldCell> cells_; // that any fibre feels, ascending
     std::vector<Source> sources_;
     std::vector<double> springs_;                        // the modulus of each pad's spring in series, Pa; 0: none
     std::vector<double> moduli_;                         // at which each pad's material comes to rest, Pa
     std::unique_ptr<plan::FibrePopulation<f32>> fibres_; // null: there are none
-    std::vector<float> strains_, pressures_;             // of the states of all pads
+    std::vector<float> read_;                            // of the states of all pads
     mutable std::vector<float> state_;
     std::vector<Spike> spikes_;
 };

@@ -202,15 +202,19 @@ Report Touch::Impl::pressed_by(int number, double modulus) {
     });
 }
 
-Touch::Touch(const Pad& shape, int count, double reach, bool shear) try {
-    scene::need(count >= 1 && count <= 1048576, "count", count, "1..1048576");
-    scene::need(double(count) * shape.width * shape.height <= 2147483647, "count*width*height",
-                double(count) * shape.width * shape.height, "at most 2147483647");
-    refusing([&] { detail::check_reach(shape, reach); });
-    impl_ = std::make_unique<Impl>(shape, count, reach, shear);
+Touch::Touch(const Pad& shape, int count, double reach, bool shear) {
+    const auto words = [&] {
+        return "the pressures of " + std::to_string(count) + " pads of " + std::to_string(shape.width) + " x " +
+               std::to_string(shape.height) + " cells";
+    };
+    scene::guarded(words, [&] {
+        scene::need(count >= 1 && count <= 1048576, "count", count, "1..1048576");
+        scene::need(double(count) * shape.width * shape.height <= 2147483647, "count*width*height",
+                    double(count) * shape.width * shape.height, "at most 2147483647");
+        refusing([&] { detail::check_reach(shape, reach); });
+        impl_ = std::make_unique<Impl>(shape, count, reach, shear);
+    });
 }
-OR_OUT_OF_MEMORY("the pressures of " + std::to_string(count) + " pads of " + std::to_string(shape.width) + " x " +
-                 std::to_string(shape.height) + " cells")
 
 Touch::~Touch() = default;
 Touch::Touch(Touch&&) noexcept = default;
@@ -221,19 +225,21 @@ const Pad& Touch::shape() const { return impl_->shape; }
 const float* Touch::traction() const { return impl_->traction.empty() ? nullptr : impl_->traction.data(); }
 const float* Touch::pressure() const { return impl_->pressure.data(); }
 
-const Report& Touch::add(const Poses& poses, const Contacts& contacts) try {
-    const DefaultFloats guard;
-    Impl& s = *impl_;
-    s.take(poses, contacts);
-    s.clear();
-    s.list();
-    for (const int number : s.touched) {
-        s.reports[size_t(number)] = s.pressed_by(number, contacts.modulus);
-        sum_up(s.all, s.reports[size_t(number)]);
-    }
-    return s.all;
+const Report& Touch::add(const Poses& poses, const Contacts& contacts) {
+    const auto words = [&] { return "the list of " + std::to_string(contacts.count) + " contacts"; };
+    return scene::guarded(words, [&]() -> const Report& {
+        const DefaultFloats guard;
+        Impl& s = *impl_;
+        s.take(poses, contacts);
+        s.clear();
+        s.list();
+        for (const int number : s.touched) {
+            s.reports[size_t(number)] = s.pressed_by(number, contacts.modulus);
+            sum_up(s.all, s.reports[size_t(number)]);
+        }
+        return s.all;
+    });
 }
-OR_OUT_OF_MEMORY("the list of " + std::to_string(contacts.count) + " contacts")
 
 const Report& Touch::report(int pad) const { return impl_->reports[impl_->number_of(pad)]; }
 const std::vector<int>& Touch::touched() const { return impl_->touched; }

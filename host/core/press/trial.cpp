@@ -106,9 +106,9 @@ struct Trial::Impl {
     std::array<std::vector<float>, 2> pressure;
 };
 
-Trial::Trial(const SkinDescription& description, const SkinOptions& options) try
-    : impl_(std::make_unique<Impl>(description, options)) {}
-OR_OUT_OF_MEMORY("a trial of " + scene::needs_of(description, options))
+Trial::Trial(const SkinDescription& description, const SkinOptions& options)
+    : impl_(scene::guarded([&] { return "a trial of " + scene::needs_of(description, options); },
+                           [&] { return std::make_unique<Impl>(description, options); })) {}
 Trial::~Trial() = default;
 
 const std::vector<float>& Trial::pressure(int press) const {
@@ -117,35 +117,37 @@ const std::vector<float>& Trial::pressure(int press) const {
     return impl_->pressure[size_t(press - 1)];
 }
 
-std::string Trial::fault(const SkinProgram& program, int press, const void* responses, size_t bytes) const try {
-    const Impl& t = *impl_;
-    (void)pressure(press); // refuses another press
-    if (!responses || bytes < program.memory().response.bytes)
-        throw Error(Error::Code::bad_input, "responses",
-                    "responses = " + (responses ? std::to_string(bytes) + " bytes" : std::string("(null)")) +
-                        "; allowed: memory().response.bytes = " + std::to_string(program.memory().response.bytes));
-    const Responses given = t.given(program, static_cast<const float*>(responses));
-    const auto right = [](const std::vector<float>& p) -> const std::vector<float>& { return p; };
-    if (same(given, t.pressed(t.description, press, right))) return "";
-    const size_t width = size_t(t.description.grid.width), pitch = size_t(program.pitch());
-    if (same(given, t.pressed(t.description, press, [&](auto& p) { return misread(p, width, pitch); })))
-        return "pressures: rows stand width = " + std::to_string(width) +
-               " numbers apart, not SkinProgram::pitch() = " + std::to_string(pitch);
-    if (press == 2 && same(given, t.from_rest()))
-        return "state_from: press 2 began from the state before press 1; it must begin from what that one wrote to "
-               "state_to";
-    SkinDescription flat = t.description; // zeros are the curvature at rest of a flat surface
-    flat.surface = {};
-    flat.surface.kind = Surface::Kind::flat;
-    flat.surface.relief = t.description.surface.relief;
-    bool untouched = true; // except the first number: zeros in place of receptors write there
-    for (const auto& r : given)
-        for (const float& x : r) untouched &= x == 0 || &x == given[0].data();
-    if (t.description.sites.empty() ? same(given, t.pressed(flat, press, right)) : untouched)
-        return "constants: they are zeros; upload memory().constants.initial before the first press";
-    return "responses: other bits than the CPU path's, for no reason that this trial knows; SkinProgram::record_check "
-           "tells whether the device gives these bits";
+std::string Trial::fault(const SkinProgram& program, int press, const void* responses, size_t bytes) const {
+    const auto words = [&] { return "a trial of " + scene::needs_of(impl_->description, impl_->options); };
+    return scene::guarded(words, [&]() -> std::string {
+        const Impl& t = *impl_;
+        (void)pressure(press); // refuses another press
+        if (!responses || bytes < program.memory().response.bytes)
+            throw Error(Error::Code::bad_input, "responses",
+                        "responses = " + (responses ? std::to_string(bytes) + " bytes" : std::string("(null)")) +
+                            "; allowed: memory().response.bytes = " + std::to_string(program.memory().response.bytes));
+        const Responses given = t.given(program, static_cast<const float*>(responses));
+        const auto right = [](const std::vector<float>& p) -> const std::vector<float>& { return p; };
+        if (same(given, t.pressed(t.description, press, right))) return "";
+        const size_t width = size_t(t.description.grid.width), pitch = size_t(program.pitch());
+        if (same(given, t.pressed(t.description, press, [&](auto& p) { return misread(p, width, pitch); })))
+            return "pressures: rows stand width = " + std::to_string(width) +
+                   " numbers apart, not SkinProgram::pitch() = " + std::to_string(pitch);
+        if (press == 2 && same(given, t.from_rest()))
+            return "state_from: press 2 began from the state before press 1; it must begin from what that one wrote to "
+                   "state_to";
+        SkinDescription flat = t.description; // zeros are the curvature at rest of a flat surface
+        flat.surface = {};
+        flat.surface.kind = Surface::Kind::flat;
+        flat.surface.relief = t.description.surface.relief;
+        bool untouched = true; // except the first number: zeros in place of receptors write there
+        for (const auto& r : given)
+            for (const float& x : r) untouched &= x == 0 || &x == given[0].data();
+        if (t.description.sites.empty() ? same(given, t.pressed(flat, press, right)) : untouched)
+            return "constants: they are zeros; upload memory().constants.initial before the first press";
+        return "responses: other bits than the CPU path's, for no reason that this trial knows; "
+               "SkinProgram::record_check tells whether the device gives these bits";
+    });
 }
-OR_OUT_OF_MEMORY("a trial of " + scene::needs_of(impl_->description, impl_->options))
 
 } // namespace dermis::vulkan

@@ -76,45 +76,48 @@ const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const st
 
 } // namespace
 
-Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) try {
-    const Opening opening;
-    std::string why;
-    try {
-        const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
-        if (which == "auto" || which == "vulkan") {
-            if (auto device = first_exact(instance, which == "auto", why)) {
-                device->impl().asked = which == "vulkan";
-                return *device;
+Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) {
+    const auto words = [&] { return "device \"" + which + "\" and its test"; };
+    return scene::guarded(words, [&] {
+        const Opening opening;
+        std::string why;
+        try {
+            const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
+            if (which == "auto" || which == "vulkan") {
+                if (auto device = first_exact(instance, which == "auto", why)) {
+                    device->impl().asked = which == "vulkan";
+                    return *device;
+                }
+            } else {
+                const PhysicalDevice& p = named(instance->devices(), which);
+                if (!p.info.refused.empty()) no_device(which, p.info.name + ": " + p.info.refused);
+                Device device = open_vulkan(instance, p);
+                device.impl().asked = device.impl().named = true;
+                return device;
             }
-        } else {
-            const PhysicalDevice& p = named(instance->devices(), which);
-            if (!p.info.refused.empty()) no_device(which, p.info.name + ": " + p.info.refused);
-            Device device = open_vulkan(instance, p);
-            device.impl().asked = device.impl().named = true;
-            return device;
+        } catch (const Error& e) {
+            if (e.code() == Error::Code::no_memory || (which != "auto" && e.parameter() == "device")) throw;
+            why = e.what();
         }
-    } catch (const Error& e) {
-        if (e.code() == Error::Code::no_memory || (which != "auto" && e.parameter() == "device")) throw;
-        why = e.what();
-    }
-    if (which != "auto") no_device(which, why);
-    Device device = Device::cpu();
-    device.impl().info.refused = "no Vulkan device used: " + why;
-    return device;
+        if (which != "auto") no_device(which, why);
+        Device device = Device::cpu();
+        device.impl().info.refused = "no Vulkan device used: " + why;
+        return device;
+    });
 }
-OR_OUT_OF_MEMORY("device \"" + which + "\" and its test")
 
 Device Device::open(const std::string& which) {
     return which == "cpu" ? cpu() : open_device(which, vulkan::system_loader()); // nothing of Vulkan is loaded in vain
 }
 
-std::vector<DeviceInfo> Device::list() try {
-    const Opening opening;
-    const vulkan::Instance instance(vulkan::system_loader());
-    std::vector<DeviceInfo> list;
-    for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);
-    return list;
+std::vector<DeviceInfo> Device::list() {
+    return scene::guarded("the list of devices", [&] {
+        const Opening opening;
+        const vulkan::Instance instance(vulkan::system_loader());
+        std::vector<DeviceInfo> list;
+        for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);
+        return list;
+    });
 }
-OR_OUT_OF_MEMORY("the list of devices")
 
 } // namespace dermis

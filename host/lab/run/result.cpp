@@ -80,28 +80,29 @@ double greatest_depth(const Scene& s, const Result& r) {
 
 } // namespace
 
-const Trace& Result::trace(Quantity q) const try {
-    const auto t = std::ranges::find_if(traces, [q](auto& trace) { return trace.quantity == q; });
-    if (t == traces.end())
-        throw Error(Error::Code::bad_input, "output.traces",
-                    std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
-    return *t;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory();
+const Trace& Result::trace(Quantity q) const {
+    return scene::guarded("a trace of a result", [&]() -> const Trace& {
+        const auto t = std::ranges::find_if(traces, [q](auto& trace) { return trace.quantity == q; });
+        if (t == traces.end())
+            throw Error(Error::Code::bad_input, "output.traces",
+                        std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
+        return *t;
+    });
 }
 
-Report report(const Scene& s, const Result& r) try {
-    const DefaultFloats guard;
-    Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
-    if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
-        report.strain.value = extremes_of(*strain).size();
-        if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);
-    }
-    if (scene::is_indenter(s.load)) report.indentation.value = greatest_depth(s, r);
-    report.sign_changed = sign_changed(s, r);
-    if (s.load.interval) report.vibration.value = vibration_between(*s.load.interval);
-    return report;
+Report report(const Scene& s, const Result& r) {
+    return scene::guarded("the report of a result", [&] {
+        const DefaultFloats guard;
+        Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
+        if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
+            report.strain.value = extremes_of(*strain).size();
+            if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);
+        }
+        if (scene::is_indenter(s.load)) report.indentation.value = greatest_depth(s, r);
+        report.sign_changed = sign_changed(s, r);
+        if (s.load.interval) report.vibration.value = vibration_between(*s.load.interval);
+        return report;
+    });
 }
-OR_OUT_OF_MEMORY("the report of a result")
 
 } // namespace dermis

@@ -308,63 +308,72 @@ void compare_holds(const plan::PreparedRun& run, Explanation& e) try {
 
 } // namespace
 
-SceneMaps maps(const Scene& scene) try {
-    const DefaultFloats guard;
-    const plan::PreparedRun run = plan::prepare_run(scene);
-    const size_t width = size_t(run.skin.width());
-    std::vector<double> surface(run.skin.cells()), rest(surface);
-    for (int y = 0; y < run.skin.height(); ++y) {
-        plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
-        plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
-    }
-    Map pressure = run.schedule.pressure;
-    if (run.schedule.framed) pressure = plan::FrameFeed(run.schedule, run.skin.width()).frame(0);
-    if (scene::is_sum(scene)) pressure = scene::sum_of_maps(scene::validate(scene).scene);
-    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = pressure};
+SceneMaps maps(const Scene& scene) {
+    const auto words = [&] { return needs_of(scene); };
+    return scene::guarded(words, [&]() -> SceneMaps {
+        const DefaultFloats guard;
+        const plan::PreparedRun run = plan::prepare_run(scene);
+        const size_t width = size_t(run.skin.width());
+        std::vector<double> surface(run.skin.cells()), rest(surface);
+        for (int y = 0; y < run.skin.height(); ++y) {
+            plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
+            plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
+        }
+        Map pressure = run.schedule.pressure;
+        if (run.schedule.framed) pressure = plan::FrameFeed(run.schedule, run.skin.width()).frame(0);
+        if (scene::is_sum(scene)) pressure = scene::sum_of_maps(scene::validate(scene).scene);
+        return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = pressure};
+    });
 }
-OR_OUT_OF_MEMORY(needs_of(scene))
 
-Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
-    const DefaultFloats guard;
-    const scene::Watch watch(options.progress);
-    const Prepared p = prepared(scene, device, false);
-    Explanation e = decided(p, device, options, true).explanation;
-    if (p.run.schedule.sequence) compare_holds(p.run, e);
-    return e;
+Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
+    const auto words = [&] { return needs_of(scene); };
+    return scene::guarded(words, [&] {
+        const DefaultFloats guard;
+        const scene::Watch watch(options.progress);
+        const Prepared p = prepared(scene, device, false);
+        Explanation e = decided(p, device, options, true).explanation;
+        if (p.run.schedule.sequence) compare_holds(p.run, e);
+        return e;
+    });
 }
-OR_OUT_OF_MEMORY(needs_of(scene))
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
-                        const RunOptions& options) try {
-    const DefaultFloats guard;
-    const scene::Watch watch(options.progress);
-    std::vector<Result> results;
-    std::optional<Realised> last; // of the material before; its maps serve as long as no length and no map changes
-    for (size_t i = 0; i < materials.size(); ++i) {
-        const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
-        const bool same_maps = last && material.thickness == before.thickness &&
-                               material.curvature_length == before.curvature_length && scene::is_uniform(before) &&
-                               scene::is_uniform(material) && last->run.schedule.sequence == nullptr &&
-                               (scene.receptors.fa2 || scene::has_spring(before) == scene::has_spring(material));
-        const bool shared = same_maps && last->moments;
-        Scene with = scene;
-        with.material = material;
-        Prepared p = same_maps ? prepared(std::move(*last), material) : prepared(with, device, options.check);
-        const Decision d = decided(p, device, options);
-        last.emplace(realised(std::move(p), d));
-        // The figures of the skin at the end are the first run's where both come from the same moments.
-        const bool like_first = shared && last->moments && !results.empty() && !options.describe_each;
-        std::vector<FiredSpike> spikes = spikes_of(with, last->scene.afferents, threads_of(last->device));
-        results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
-        results.back().spikes = std::move(spikes);
-    }
-    return results;
+                        const RunOptions& options) {
+    const auto words = [&] {
+        return (materials.size() > 1 ? std::to_string(materials.size()) + " times " : "") + needs_of(scene);
+    };
+    return scene::guarded(words, [&] {
+        const DefaultFloats guard;
+        const scene::Watch watch(options.progress);
+        std::vector<Result> results;
+        std::optional<Realised> last; // of the material before; its maps serve as long as no length and no map changes
+        for (size_t i = 0; i < materials.size(); ++i) {
+            const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
+            const bool same_maps = last && material.thickness == before.thickness &&
+                                   material.curvature_length == before.curvature_length && scene::is_uniform(before) &&
+                                   scene::is_uniform(material) && last->run.schedule.sequence == nullptr &&
+                                   (scene.receptors.fa2 || scene::has_spring(before) == scene::has_spring(material));
+            const bool shared = same_maps && last->moments;
+            Scene with = scene;
+            with.material = material;
+            Prepared p = same_maps ? prepared(std::move(*last), material) : prepared(with, device, options.check);
+            const Decision d = decided(p, device, options);
+            last.emplace(realised(std::move(p), d));
+            // The figures of the skin at the end are the first run's where both come from the same moments.
+            const bool like_first = shared && last->moments && !results.empty() && !options.describe_each;
+            std::vector<FiredSpike> spikes = spikes_of(with, last->scene.afferents, threads_of(last->device));
+            results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
+            results.back().spikes = std::move(spikes);
+        }
+        return results;
+    });
 }
-OR_OUT_OF_MEMORY((materials.size() > 1 ? std::to_string(materials.size()) + " times " : "") + needs_of(scene))
 
-Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
-    return std::move(run(scene, std::vector{scene.material}, device, options).front());
+Result run(const Scene& scene, const Device& device, const RunOptions& options) {
+    const auto words = [&] { return needs_of(scene); };
+    return scene::guarded(words,
+                          [&] { return std::move(run(scene, std::vector{scene.material}, device, options).front()); });
 }
-OR_OUT_OF_MEMORY(needs_of(scene))
 
 } // namespace dermis

@@ -127,52 +127,55 @@ double representable(const char* result, Real x) {
 } // namespace
 } // namespace relaxing
 
-std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
-    const DefaultFloats guard;
-    relaxing::check(r);
-    std::vector<relaxing::Pole> poles;
-    relaxing::Real instantaneous = r.equilibrium, viscosity = 0;
-    for (size_t k = 0; k < r.times.size(); ++k) {
-        poles.push_back({.place = r.times[k], .weight = relaxing::Real(r.moduli[k]) * r.times[k]});
-        instantaneous += r.moduli[k];
-        viscosity += poles.back().weight;
-    }
-    std::vector<KelvinVoigt> chain = {{relaxing::representable("modulus of the spring", instantaneous), 0}};
-    for (const relaxing::Root& root : relaxing::secular_roots(relaxing::merged(std::move(poles)), r.equilibrium)) {
-        const relaxing::Real modulus = root.place * root.slope;
-        chain.push_back({relaxing::representable("modulus of an element", modulus),
-                         relaxing::representable("viscosity of an element", root.place * modulus)});
-    }
-    if (r.equilibrium == 0) chain.push_back({0, relaxing::representable("viscosity of the dashpot", viscosity)});
-    return chain;
+std::vector<KelvinVoigt> chain_of(const Relaxation& r) {
+    return scene::guarded("a chain of elements", [&] {
+        const DefaultFloats guard;
+        relaxing::check(r);
+        std::vector<relaxing::Pole> poles;
+        relaxing::Real instantaneous = r.equilibrium, viscosity = 0;
+        for (size_t k = 0; k < r.times.size(); ++k) {
+            poles.push_back({.place = r.times[k], .weight = relaxing::Real(r.moduli[k]) * r.times[k]});
+            instantaneous += r.moduli[k];
+            viscosity += poles.back().weight;
+        }
+        std::vector<KelvinVoigt> chain = {{relaxing::representable("modulus of the spring", instantaneous), 0}};
+        for (const relaxing::Root& root : relaxing::secular_roots(relaxing::merged(std::move(poles)), r.equilibrium)) {
+            const relaxing::Real modulus = root.place * root.slope;
+            chain.push_back({relaxing::representable("modulus of an element", modulus),
+                             relaxing::representable("viscosity of an element", root.place * modulus)});
+        }
+        if (r.equilibrium == 0) chain.push_back({0, relaxing::representable("viscosity of the dashpot", viscosity)});
+        return chain;
+    });
 }
-OR_OUT_OF_MEMORY("a chain of elements")
 
-Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
-    const DefaultFloats guard;
-    relaxing::check(chain);
-    relaxing::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
-    std::vector<relaxing::Pole> poles;
-    for (const KelvinVoigt& e : chain) {
-        if (e.modulus == 0) dashpot += 1 / relaxing::Real(e.viscosity);
-        else if (e.viscosity == 0) spring += 1 / relaxing::Real(e.modulus);
-        else
-            poles.push_back(
-                {.place = relaxing::Real(e.viscosity) / e.modulus, .weight = 1 / relaxing::Real(e.modulus)});
-        if (e.modulus > 0) compliance += 1 / relaxing::Real(e.modulus);
-    }
-    if (spring == 0)
-        scene::refuse("elements", "a chain without a spring",
-                      "at least one element of viscosity 0: without it a step of strain takes an infinite stress");
-    poles.push_back({.place = 0, .weight = spring});
-    Relaxation r;
-    for (const relaxing::Root& root : relaxing::secular_roots(relaxing::merged(std::move(poles)), dashpot)) {
-        r.times.push_back(relaxing::representable("relaxation time", root.place));
-        r.moduli.push_back(relaxing::representable("relaxation modulus", 1 / (root.place * root.place * root.slope)));
-    }
-    if (dashpot == 0) r.equilibrium = relaxing::representable("equilibrium modulus", 1 / compliance);
-    return r;
+Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) {
+    return scene::guarded("a relaxation spectrum", [&] {
+        const DefaultFloats guard;
+        relaxing::check(chain);
+        relaxing::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
+        std::vector<relaxing::Pole> poles;
+        for (const KelvinVoigt& e : chain) {
+            if (e.modulus == 0) dashpot += 1 / relaxing::Real(e.viscosity);
+            else if (e.viscosity == 0) spring += 1 / relaxing::Real(e.modulus);
+            else
+                poles.push_back(
+                    {.place = relaxing::Real(e.viscosity) / e.modulus, .weight = 1 / relaxing::Real(e.modulus)});
+            if (e.modulus > 0) compliance += 1 / relaxing::Real(e.modulus);
+        }
+        if (spring == 0)
+            scene::refuse("elements", "a chain without a spring",
+                          "at least one element of viscosity 0: without it a step of strain takes an infinite stress");
+        poles.push_back({.place = 0, .weight = spring});
+        Relaxation r;
+        for (const relaxing::Root& root : relaxing::secular_roots(relaxing::merged(std::move(poles)), dashpot)) {
+            r.times.push_back(relaxing::representable("relaxation time", root.place));
+            r.moduli.push_back(
+                relaxing::representable("relaxation modulus", 1 / (root.place * root.place * root.slope)));
+        }
+        if (dashpot == 0) r.equilibrium = relaxing::representable("equilibrium modulus", 1 / compliance);
+        return r;
+    });
 }
-OR_OUT_OF_MEMORY("a relaxation spectrum")
 
 } // namespace dermis

@@ -126,59 +126,67 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
 
 } // namespace
 
-scene::SceneText scene::text_of_file(const std::string& path) try {
-    return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
+scene::SceneText scene::text_of_file(const std::string& path) {
+    const auto words = [&] { return "the text of " + path; };
+    return scene::guarded(words, [&]() -> scene::SceneText {
+        return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
+    });
 }
-OR_OUT_OF_MEMORY("the text of " + path)
 
-scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) try {
-    if (text.size() > most_bytes)
-        throw Error(Error::Code::bad_input, "",
-                    "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
-    return {.text = text, .name = "scene", .folder = folder};
+scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) {
+    const auto words = [&] { return "a scene of " + bytes_text(double(text.size())); };
+    return scene::guarded(words, [&]() -> scene::SceneText {
+        if (text.size() > most_bytes)
+            throw Error(Error::Code::bad_input, "",
+                        "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
+        return {.text = text, .name = "scene", .folder = folder};
+    });
 }
-OR_OUT_OF_MEMORY("a scene of " + bytes_text(double(text.size())))
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
                                         const NamedMaps& maps, FileMaps* shared,
-                                        const std::function<void(Scene&)>& complete) try {
-    const DefaultFloats guard; // the numbers of a text depend on it too
-    const auto& [text, name, folder] = source;
-    toml::table file;
-    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") || text.find('\0') < 2)
-        throw Error(Error::Code::bad_input, "", name + ": is text in UTF-16; allowed: UTF-8, so save it as UTF-8");
-    if (const Unreadable found = unreadable(text); found.line)
-        throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
-    // The parser is not told the name: it would copy it in functions from which no exception may escape.
-    toml::parse_result parsed = toml::parse(text);
-    if (!parsed) {
-        const toml::source_region& at = parsed.error().source();
-        throw Error(Error::Code::bad_input, "",
-                    name + line_text(at) + ":" + std::to_string(at.begin.column) + ": " +
-                        parser_said(text, parsed.error()));
-    }
-    file = std::move(parsed).table();
-    try {
-        for (const std::string& o : overrides) apply_override(file, o);
-        SceneWithFiles read;
-        FileMaps own;
-        read.scene = read_tables(file, folder, maps, shared ? *shared : own, read.files);
-        if (complete) complete(read.scene);
-        // The caller gets the scene without defaults: they depend on what it may still change.
-        validate(read.scene);
-        return read;
-    } catch (const Error& e) {
-        throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
-    }
+                                        const std::function<void(Scene&)>& complete) {
+    const auto words = [&] { return source.name + " has " + bytes_text(double(source.text.size())) + " and its maps"; };
+    return scene::guarded(words, [&] {
+        const DefaultFloats guard; // the numbers of a text depend on it too
+        const auto& [text, name, folder] = source;
+        toml::table file;
+        if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") || text.find('\0') < 2)
+            throw Error(Error::Code::bad_input, "", name + ": is text in UTF-16; allowed: UTF-8, so save it as UTF-8");
+        if (const Unreadable found = unreadable(text); found.line)
+            throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
+        // The parser is not told the name: it would copy it in functions from which no exception may escape.
+        toml::parse_result parsed = toml::parse(text);
+        if (!parsed) {
+            const toml::source_region& at = parsed.error().source();
+            throw Error(Error::Code::bad_input, "",
+                        name + line_text(at) + ":" + std::to_string(at.begin.column) + ": " +
+                            parser_said(text, parsed.error()));
+        }
+        file = std::move(parsed).table();
+        try {
+            for (const std::string& o : overrides) apply_override(file, o);
+            SceneWithFiles read;
+            FileMaps own;
+            read.scene = read_tables(file, folder, maps, shared ? *shared : own, read.files);
+            if (complete) complete(read.scene);
+            // The caller gets the scene without defaults: they depend on what it may still change.
+            validate(read.scene);
+            return read;
+        } catch (const Error& e) {
+            throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
+        }
+    });
 }
-OR_OUT_OF_MEMORY(source.name + " has " + bytes_text(double(source.text.size())) + " and its maps")
 
-scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) try {
-    SceneWithFiles read = read_scene(text_of_file(path), overrides);
-    read.files.insert(read.files.begin(), path);
-    return read;
+scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+    const auto words = [&] { return "the files of " + path; };
+    return scene::guarded(words, [&] {
+        SceneWithFiles read = read_scene(text_of_file(path), overrides);
+        read.files.insert(read.files.begin(), path);
+        return read;
+    });
 }
-OR_OUT_OF_MEMORY("the files of " + path)
 
 Scene Scene::from_file(const std::string& path, const std::vector<std::string>& overrides) {
     return scene::read_scene(path, overrides).scene;
