@@ -15,6 +15,7 @@ file(WRITE ${generated}/includes.cpp "#include \"host/core/simd/model.hpp\"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <kissfft/kissfft.hh>
+#include <nlohmann/json.hpp>
 #include <stb/stb_image.h>
 #define VOLK_IMPLEMENTATION
 #include <volk.h>
@@ -22,13 +23,13 @@ file(WRITE ${generated}/includes.cpp "#include \"host/core/simd/model.hpp\"
 execute_process(COMMAND ${compiler} -std=c++20 -DFMT_HEADER_ONLY -M -I${source} ${generated}/includes.cpp
     OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX REPLACE "[ \\\n]+" ";" headers "${headers}")
-list(FILTER headers INCLUDE REGEX "/((glm|vulkan|vk_video|toml\\+\\+|fmt|CLI|kissfft|stb)/|volk\\.[ch]$)")
+list(FILTER headers INCLUDE REGEX "/((glm|vulkan|vk_video|toml\\+\\+|fmt|CLI|kissfft|nlohmann|stb)/|volk\\.[ch]$)")
 foreach(header IN LISTS headers)
-    string(REGEX REPLACE "^.*/((glm|vulkan|vk_video|toml\\+\\+|fmt|CLI|kissfft|stb)/.*|volk\\.[ch])$" "\\1" name "${header}")
+    string(REGEX REPLACE "^.*/((glm|vulkan|vk_video|toml\\+\\+|fmt|CLI|kissfft|nlohmann|stb)/.*|volk\\.[ch])$" "\\1" name "${header}")
     configure_file(${header} ${bundled}/include/${name} COPYONLY)
 endforeach()
 
-foreach(package libglm-dev libvulkan-dev libvulkan-volk-dev libtomlplusplus-dev libfmt-dev libcli11-dev libkissfft-dev libstb-dev)
+foreach(package libglm-dev libvulkan-dev libvulkan-volk-dev libtomlplusplus-dev libfmt-dev libcli11-dev libkissfft-dev libstb-dev nlohmann-json3-dev)
     file(READ /usr/share/doc/${package}/copyright licence)
     file(APPEND ${bundled}/LICENSES.txt "${package}, parts of which dermis includes:\n\n${licence}\n\n")
 endforeach()

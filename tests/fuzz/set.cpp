@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Words of a command line after a scene, each after a 0 but the first: --set, and what it makes of the scene.
-#include "host/lab/command/settings.hpp"
+#include "host/lab/command/commands.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -434,7 +434,7 @@ TEST_CASE("a run writes spikes, fibres and rates, and removes them with the next
     const Result r = run(s);
     const Folder folder;
     const std::filesystem::path out = folder / "out";
-    output::write_result(output::Folder(out), s, r, output::text_of(output::Origin{}));
+    output::write_result(output::Folder(out), s, r, output::origin_of("", {}, {}, {}));
     const std::string spikes = slurp(out / "spikes.npy");
     const std::string begin =
         output::npy_header("[('time', '<f8'), ('afferent', '<u4')]", "(" + std::to_string(r.spikes.size()) + ",)");
@@ -467,7 +467,7 @@ TEST_CASE("a run writes spikes, fibres and rates, and removes them with the next
     CHECK(slurp(out / "summary.json").find("\"spikes\": " + std::to_string(r.spikes.size()) + ",") !=
           std::string::npos);
     s.afferents.clear();
-    output::write_result(output::Folder(out), s, run(s), output::text_of(output::Origin{}));
+    output::write_result(output::Folder(out), s, run(s), output::origin_of("", {}, {}, {}));
     CHECK(!std::filesystem::exists(out / "spikes.npy"));
     CHECK(!std::filesystem::exists(out / "psth.csv"));
 }

@@ -61,7 +61,7 @@ TEST_CASE("plot draws a run and a sweep, and what comes into their folder next r
     draw();
     const std::string files = "curvature_t0.05.npy impulses.csv ", more = "sa1_t0.05.npy summary.json ";
     CHECK(names_in(out) == files + "maps.png maps.svg report.html " + more + "traces.csv traces.png traces.svg ");
-    CHECK(command(folder, run + " --resume").out.find("done before") != std::string::npos);
+    CHECK(command(folder, run + " --resume").out.find("1 of 1 runs were done before") == 0);
     REQUIRE(command(folder, run + " --set load.intensity=2").status == 0);
     CHECK(names_in(out) == files + more + "traces.csv ");
     draw();

@@ -3,7 +3,7 @@
 
 #include "dermis/dermis.hpp"
 #include "host/core/base/hash.hpp"
-#include "host/lab/output/json.hpp"
+#include "host/core/base/text.hpp"
 #include "host/lab/output/python.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "plot_script.h"

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "host/core/base/text.hpp"
 #include "host/lab/command/commands.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/folder.hpp"
-#include "host/lab/output/json.hpp"
 #include "host/lab/output/python.hpp"
 
 #include "fit_script.h"
@@ -17,21 +15,14 @@ namespace {
 
 // Returns what fit.py reads.
 std::string request(const FitArguments& a, const scene::Curves& curves) {
-    const auto quoted = [](const std::string& text) { return output::json_text(text); };
-    std::string text =
-        fmt::format(R"({{"title": {}, "kind": "{}", "residual": "{}", "elements": {}, "out": {}, "curves": [)",
-                    quoted(fmt::format("{}", fmt::join(a.data, " "))), curves.kind, curves.residual, a.elements,
-                    quoted(a.out.empty() ? "" : std::filesystem::absolute(a.out).string()));
-    for (const scene::Curve& curve : curves.list) {
-        text += text.back() == '[' ? "[" : ", [";
-        for (const auto* numbers : {&curve.times, &curve.strains, &curve.values}) {
-            text += numbers == &curve.times ? "[" : ", [";
-            for (double x : *numbers) append_shortest(text, x), text += ',';
-            text.back() = ']';
-        }
-        text += ']';
-    }
-    return text + "]}";
+    output::Json list;
+    for (const scene::Curve& curve : curves.list) list.push_back({curve.times, curve.strains, curve.values});
+    return output::text_of({{"title", fmt::format("{}", fmt::join(a.data, " "))},
+                            {"kind", curves.kind},
+                            {"residual", curves.residual},
+                            {"elements", a.elements},
+                            {"out", a.out.empty() ? "" : std::filesystem::absolute(a.out).string()},
+                            {"curves", list}});
 }
 
 } // namespace

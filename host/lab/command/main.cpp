@@ -5,11 +5,7 @@
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/lab/command/commands.hpp"
-#include "host/lab/command/settings.hpp"
-#include "host/lab/command/sweep.hpp"
-#include "host/lab/march/self_test.hpp"
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/output/output.hpp"
 #include "host/lab/output/python.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/nearest.hpp"
@@ -44,6 +40,7 @@ std::terminate_handler terminate_otherwise;
     if (std::current_exception()) try {
             throw;
         } catch (const std::bad_alloc&) {
+            output::remove_leftovers();
             [[maybe_unused]] const ssize_t n = ::write(2, out_of_memory, sizeof out_of_memory - 1);
             std::_Exit(1);
         } catch (...) {
@@ -90,10 +87,7 @@ RunOptions options_of(const Arguments& a) {
 
 Device device_of(const Arguments& a) { return a.device == "auto" ? open_when_marching() : Device::open(a.device); }
 
-// Says why "auto" found no Vulkan device, if one was looked for.
-void print_refused(const Result& r) {
-    if (!r.device.refused.empty()) fmt::print("{}\n", r.device.refused);
-}
+void print(const output::Json& answer) { fmt::print("{}\n", output::text_of(answer)); }
 
 // Elements in series as a scene has them.
 std::string in_series(const std::vector<KelvinVoigt>& chain) {
@@ -154,12 +148,12 @@ int explain_scene(const Arguments& a) {
     const auto runs = combinations(settings_of(a.overrides));
     const Device device = device_of(a);
     if (a.json) {
-        std::vector<std::string> plans;
+        output::Json plans;
         for (const auto& overrides : runs) {
             const Scene scene = Scene::from_file(a.scene, overrides);
             plans.push_back(json_of(scene, overrides, explain(scene, device, options_of(a))));
         }
-        fmt::print("{}\n", json_list(plans));
+        print(plans);
         return 0;
     }
     for (const auto& overrides : runs) {
@@ -198,56 +192,49 @@ void print_details(const Arguments& a, const Scene& s, const Result& r) {
     if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
 }
 
-// Prints a result, what is wrong with it, and what to open first.
 void print_result(const Arguments& a, const Scene& scene, const Result& r) {
     for (const std::string& line : output::greatest_responses(scene, r)) fmt::print("{}\n", line);
     if (!scene.afferents.empty()) fmt::print("{}\n", output::spikes_line(scene, r));
     print_error(scene, r);
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
-    for (const std::string& warning : output::warnings(scene, r)) fmt::print("warning: {}\n", warning);
-    print_refused(r);
-    if (a.verbose) print_details(a, scene, r);
-    const char* first = r.traces.empty() && !r.responses.empty() ? "receptors.csv" : "traces.csv";
-    fmt::print("open first: {}\n", (output::Path(a.out) / first).string());
-}
-
-// Runs the one scene of a plan. Returns whether its result is right.
-bool run_alone(const Arguments& a, const output::Folder& folder, const Plan& plan, const Device& device,
-               RunOptions options) {
-    const output::Path& out = folder.path();
-    const Scene& scene = plan.runs[0].scene;
-    if (a.resume && output::is_finished(out, scene, plan.origin(0))) {
-        output::remove_earlier_sweep(out, 1);
-        if (!a.json) fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
-        return !output::figures_of(out).wrong();
-    }
-    output::Progress progress(a.scene);
-    options.progress = std::ref(progress);
-    const Result r = run(scene, device, options);
-    output::write_result(folder, scene, r, plan.origin(0));
-    output::remove_earlier_sweep(out, 1);
-    if (!a.json) print_result(a, scene, r);
-    const bool wrong = r.measured_error > r.predicted_error;
-    if (wrong) fmt::print(stderr, "dermis: the measured error is above the prediction: these results are wrong\n");
-    return !wrong && r.cells_different == 0;
 }
 
 int run_scene(const Arguments& a) {
-    const std::vector<Setting> settings = settings_of(a.overrides);
     const output::Path out = a.out;
-    const output::Origin asked{.device = a.device, .precision = a.precision, .check = a.check};
-    const Plan plan = plan_of(a.scene, out, settings, asked); // a bad run is refused first
-    const size_t runs = plan.runs.size();
+    const Plan plan = plan_of(a.scene, out, settings_of(a.overrides), // a bad run is refused first
+                              {{"device", a.device}, {"precision", a.precision}, {"check", a.check}});
+    const Scene& scene = plan.runs[0].scene;
+    const bool several = plan.runs.size() > 1;
     const Device device = device_of(a);
     const output::Folder folder(out);
-    const bool right = runs > 1 ? sweep(folder, settings, plan, device, options_of(a), {a.resume, a.json})
-                                : run_alone(a, folder, plan, device, options_of(a));
-    std::vector<std::string> summaries;
-    for (size_t i = 0; a.json && i < runs; ++i)
-        summaries.push_back(output::summary_of(runs > 1 ? out / std::to_string(i + 1) : out));
-    if (a.json) fmt::print("{}\n", json_list(summaries));
-    else if (runs > 1) fmt::print("{}: {} runs\n{}\n", a.scene, runs, (out / "runs.csv").string());
-    return right ? 0 : 1;
+    output::Progress progress(a.scene);
+    RunOptions options = options_of(a);
+    if (!several) options.progress = std::ref(progress);
+    std::string refused; // why "auto" found no Vulkan device, if one was looked for
+    const auto say = [&](size_t run, const Result& r) {
+        progress.clear();
+        const Scene& own = plan.runs[run].scene;
+        const std::string which = several ? fmt::format("run {}: ", run + 1) : "";
+        if (r.measured_error > r.predicted_error)
+            fmt::print(stderr, "dermis: {}the measured error is above the prediction: these results are wrong\n",
+                       which);
+        if (a.json) return;
+        if (!several) print_result(a, own, r);
+        for (const std::string& warning : output::warnings(own, r)) fmt::print("{}warning: {}\n", which, warning);
+        if (refused != r.device.refused) fmt::print("{}\n", refused = r.device.refused);
+        if (a.verbose && !several) print_details(a, own, r);
+    };
+    const RunsDone done = run_all(folder, plan, device, options, a.resume, say);
+    if (a.json) {
+        output::Json summaries;
+        for (size_t i = 0; i < plan.runs.size(); ++i) summaries.push_back(output::summary_of(plan.folder(out, i)));
+        print(summaries);
+        return done.right ? 0 : 1;
+    }
+    if (a.resume) fmt::print("{} of {} runs were done before\n", done.before, plan.runs.size());
+    const bool traced = scene.sites.empty() || !scene.output.traces.empty();
+    fmt::print("open first: {}\n", (out / (several ? "runs.csv" : traced ? "traces.csv" : "receptors.csv")).string());
+    return done.right ? 0 : 1;
 }
 
 // Draws what a run or a sweep has left in a folder.
@@ -260,10 +247,9 @@ int plot_folder(const std::string& folder) {
             fmt::format("{}: has neither summary.json nor runs.csv of dermis; allowed: the folder of a run or a sweep",
                         folder));
     const output::Folder locked(in);
-    std::vector<std::string> units; // of keys
-    for (const std::string& key : scene::known_keys())
-        units.push_back(fmt::format("\"{}\": \"{}\"", key, scene::unit_of_key(key)));
-    const std::string why_not = output::draw(plot_script, in, {"run", fmt::format("{{{}}}", fmt::join(units, ", "))});
+    output::Json units; // of keys
+    for (const std::string& key : scene::known_keys()) units[key] = scene::unit_of_key(key);
+    const std::string why_not = output::draw(plot_script, in, {"run", output::text_of(units)});
     if (!why_not.empty()) throw Error(Error::Code::io, "", "no pictures: " + why_not);
     fmt::print("open first: {}\n", (in / "report.html").string());
     return 0;
@@ -271,9 +257,9 @@ int plot_folder(const std::string& folder) {
 
 int list_devices(bool json) {
     if (json) {
-        std::vector<std::string> devices = {json_of(Device::cpu().info())};
+        output::Json devices = output::Json::array({json_of(Device::cpu().info())});
         for (const DeviceInfo& d : Device::list()) devices.push_back(json_of(d));
-        fmt::print("{}\n", json_list(devices));
+        print(devices);
         return 0;
     }
     fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->threads());
@@ -293,7 +279,7 @@ int check_devices(const std::string& only, bool json) {
     std::vector<std::string> names(only.empty() ? Device::list().size() : 1, only);
     for (size_t i = 0; only.empty() && i < names.size(); ++i) names[i] = std::to_string(i);
     bool exact = true;
-    std::vector<std::string> answers;
+    output::Json answers = output::Json::array();
     for (const std::string& name : names) {
         const Device device = Device::open(name);
         const SelfTest test = self_test(*device.impl().backend);
@@ -310,7 +296,7 @@ int check_devices(const std::string& only, bool json) {
         const bool same = test.exact() && kernels.back().different == 0;
         fmt::print(" {}\n", same ? "exact" : "NOT exact");
     }
-    if (json) fmt::print("{}\n", json_list(answers));
+    if (json) print(answers);
     return exact ? 0 : 1;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/command/settings.hpp"
+#include "host/lab/command/commands.hpp"
 
 #include "dermis/dermis.hpp"
 #include "host/lab/scenes/units.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/command/sweep.hpp"
+#include "host/lab/command/commands.hpp"
 
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
@@ -34,11 +34,6 @@ std::string value_of(const std::string& override_) {
     return value.find_first_of(",\"") == value.npos ? value : in_quotes(value);
 }
 
-Path folder_of(const Path& out, size_t run) { return out / std::to_string(run + 1); }
-
-constexpr const char* figure_columns =
-    "seconds,predicted_error,measured_error,greatest_gain,kinks,cells_compared,cells_different";
-
 // Returns the names of all outcomes, which differ between runs where their outputs do.
 std::vector<std::string> outcomes_of(const std::vector<output::Figures>& finished) {
     std::vector<std::string> names;
@@ -59,15 +54,16 @@ std::vector<std::string> in_columns(std::vector<std::string> overrides) {
 // and outcomes are empty unless all runs are finished.
 std::string table_of(const std::vector<PlannedRun>& runs, const std::vector<output::Figures>& finished) {
     const std::vector<std::string> names = outcomes_of(finished);
-    std::string table = output::runs_columns + figure_columns;
+    std::string table = "run";
+    for (const auto& [column, place] : output::figure_columns) (table += ",") += column;
     for (const std::string& override_ : in_columns(runs[0].overrides)) table += "," + key_of(override_);
     for (const std::string& name : names) table += "," + name;
     table += ",set\n";
     for (size_t i = 0; i < runs.size(); ++i) {
         const output::Figures f = finished.empty() ? output::Figures() : finished[i];
-        table += fmt::format("{},{},{},{},{},{},{},{},", i + 1, f.model, f.precision, f.seconds, f.predicted_error,
-                             f.measured_error, f.greatest_gain, f.kinks);
-        table += finished.empty() ? "," : fmt::format("{},{}", f.compared, f.different);
+        table += std::to_string(i + 1);
+        for (size_t c = 0; c < std::size(output::figure_columns); ++c)
+            table += "," + (finished.empty() ? "" : f.values[c]);
         for (const std::string& override_ : in_columns(runs[i].overrides)) table += "," + value_of(override_);
         const std::map<std::string, std::string> outcomes(f.outcomes.begin(), f.outcomes.end());
         for (const std::string& name : names) table += "," + (outcomes.count(name) ? outcomes.at(name) : "");
@@ -92,68 +88,25 @@ std::vector<Result> results_of(const std::vector<PlannedRun>& runs, const std::v
     return run(runs[some[0]].scene, materials, device, options);
 }
 
-// Writes runs as they are done, after what was there before has gone.
-class Sweep {
-  public:
-    Sweep(const Path& out, const Plan& plan, const SweepOptions& options)
-        : out_(out), plan_(plan), resume_(options.resume), quiet_(options.quiet) {
-        for (size_t i = 0; i < runs_.size(); ++i)
-            if (!resume_ || !output::is_finished(folder_of(out, i), runs_[i].scene, plan.origin(i))) open_.push_back(i);
-    }
-
-    const std::vector<size_t>& open() const { return open_; } // runs that are not finished
-
-    void write(size_t i, const Result& result) {
-        clear();
-        if (!quiet_ && !result.device.refused.empty() && !refusal_shown_) fmt::print("{}\n", result.device.refused);
-        refusal_shown_ |= !result.device.refused.empty();
-        output::write_result(output::Folder(folder_of(out_, i)), runs_[i].scene, result, plan_.origin(i));
-        for (const std::string& warning : output::warnings(runs_[i].scene, result))
-            if (!quiet_) fmt::print("run {}: warning: {}\n", i + 1, warning);
-    }
-
-    // Writes the table. Returns whether no run is wrong.
-    bool finish() {
-        clear();
-        if (resume_ && !quiet_)
-            fmt::print("{} of {} runs were done before\n", runs_.size() - open_.size(), runs_.size());
-        std::vector<output::Figures> figures;
-        for (size_t i = 0; i < runs_.size(); ++i) figures.push_back(output::figures_of(folder_of(out_, i)));
-        output::write_file(out_ / "runs.csv", table_of(runs_, figures));
-        return std::ranges::all_of(figures, [](auto& f) { return !f.wrong(); });
-    }
-
-  private:
-    // Removes earlier runs, except the ones that stay, and leaves a table of what is to come: it shows the next command
-    // that the folders are a sweep's.
-    void clear() {
-        if (cleared_) return;
-        cleared_ = true;
-        output::remove_earlier_run(out_);
-        output::remove_earlier_sweep(out_, resume_ ? runs_.size() + 1 : 1);
-        output::write_file(out_ / "runs.csv", table_of(runs_, {}));
-    }
-
-    const Path& out_;
-    const Plan& plan_;
-    const std::vector<PlannedRun>& runs_ = plan_.runs;
-    bool resume_, quiet_, cleared_ = false, refusal_shown_ = false;
-    std::vector<size_t> open_;
-};
+// Leaves a table of what is to come in the folder of a sweep, which shows the next command that the folders are a
+// sweep's. Removes earlier runs, except the ones that stay.
+void begin_sweep(const Path& out, const Plan& plan, bool resume) {
+    output::remove_earlier_run(out);
+    output::remove_earlier_sweep(out, resume ? plan.runs.size() + 1 : 1);
+    output::write_file(out / "runs.csv", table_of(plan.runs, {}));
+}
 
 } // namespace
 
-std::string Plan::origin(size_t run) const {
-    output::Origin origin = common;
-    origin.overrides = runs[run].overrides;
-    origin.inputs = runs[run].inputs;
-    return output::text_of(origin);
+Path Plan::folder(const Path& out, size_t run) const { return runs.size() > 1 ? out / std::to_string(run + 1) : out; }
+
+output::Json Plan::origin(size_t run) const {
+    return output::origin_of(text, asked, runs[run].overrides, runs[run].inputs);
 }
 
-Plan plan_of(const std::string& path, const Path& out, const std::vector<Setting>& settings, output::Origin asked) {
+Plan plan_of(const std::string& path, const Path& out, const std::vector<Setting>& settings, output::Json asked) {
     const scene::SceneText text = scene::text_of_file(path);
-    asked.scene = text.text;
-    Plan plan{.common = std::move(asked), .runs = {}};
+    Plan plan{.text = text.text, .asked = std::move(asked), .share_maps = share_maps(settings), .runs = {}};
     std::set<std::string> inputs = {path}, written; // runs have most of them in common
     std::map<std::string, output::Contents> read;   // by their paths
     scene::FileMaps maps;
@@ -173,18 +126,32 @@ Plan plan_of(const std::string& path, const Path& out, const std::vector<Setting
     return plan;
 }
 
-bool sweep(const output::Folder& folder, const std::vector<Setting>& settings, const Plan& plan, const Device& device,
-           const RunOptions& options, const SweepOptions& more) {
-    Sweep sweep(folder.path(), plan, more);
-    const size_t at_once = share_maps(settings) ? most_at_once : 1;
-    for (auto next = sweep.open().begin(), end = sweep.open().end(); next != end;) {
-        const auto last = next + std::ptrdiff_t(std::min(at_once, size_t(end - next)));
-        const std::vector<size_t> some(next, last);
+RunsDone run_all(const output::Folder& folder, const Plan& plan, const Device& device, const RunOptions& options,
+                 bool resume, const std::function<void(size_t, const Result&)>& done) {
+    const Path& out = folder.path();
+    const bool several = plan.runs.size() > 1;
+    std::vector<size_t> open; // runs that are not finished
+    for (size_t i = 0; i < plan.runs.size(); ++i)
+        if (!resume || !output::is_finished(plan.folder(out, i), plan.runs[i].scene, plan.origin(i))) open.push_back(i);
+    const size_t at_once = plan.share_maps ? most_at_once : 1;
+    for (size_t next = 0; next < open.size(); next += at_once) {
+        const std::vector<size_t> some(open.begin() + std::ptrdiff_t(next),
+                                       open.begin() + std::ptrdiff_t(std::min(next + at_once, open.size())));
         const std::vector<Result> results = results_of(plan.runs, some, device, options);
-        for (size_t i = 0; i < some.size(); ++i) sweep.write(some[i], results[i]);
-        next = last;
+        if (several && next == 0) begin_sweep(out, plan, resume);
+        for (size_t i = 0; i < some.size(); ++i) {
+            std::optional<output::Folder> own;
+            if (several) own.emplace(plan.folder(out, some[i]));
+            output::write_result(own ? *own : folder, plan.runs[some[i]].scene, results[i], plan.origin(some[i]));
+            done(some[i], results[i]);
+        }
     }
-    return sweep.finish();
+    if (several && open.empty()) begin_sweep(out, plan, resume);
+    if (!several) output::remove_earlier_sweep(out, 1);
+    std::vector<output::Figures> figures;
+    for (size_t i = 0; i < plan.runs.size(); ++i) figures.push_back(output::figures_of(plan.folder(out, i)));
+    if (several) output::write_file(out / "runs.csv", table_of(plan.runs, figures));
+    return {.before = plan.runs.size() - open.size(), .right = std::ranges::none_of(figures, &output::Figures::wrong)};
 }
 
 } // namespace dermis::cli

@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: MIT
+// JSON: summary.json, and what the command answers to programs.
 #pragma once
 
-#include "host/core/base/text.hpp"
+#include "dermis/dermis.hpp"
 
-#include <cmath>
-#include <string>
+#include <nlohmann/json.hpp>
 
-#include <fmt/format.h>
+namespace dermis {
 
-namespace dermis::output {
-
-// Returns a text in quotes.
-inline std::string json_text(const std::string& text) {
-    std::string out = "\"";
-    for (char c : text) {
-        if (c == '"' || c == '\\') out += '\\';
-        if (static_cast<unsigned char>(c) < 32) out += fmt::format("\\u{:04x}", c);
-        else out += c;
-    }
-    return out + '"';
+inline void to_json(nlohmann::ordered_json& json, const KelvinVoigt& e) {
+    json = {{"modulus", e.modulus}, {"viscosity", e.viscosity}};
 }
 
-// Returns "null" for a number that JSON does not have.
-inline std::string json_number(double x) { return std::isfinite(x) ? shortest(x) : "null"; }
+namespace output {
 
-} // namespace dermis::output
+using Json = nlohmann::ordered_json; // its keys keep their order; a number that is not finite is written as null
+
+// Returns its lines, without the end of the last one. Bytes that are not UTF-8, as of a file's name, are replaced.
+inline std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
+
+// Returns null for an empty text.
+inline Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
+
+} // namespace output
+} // namespace dermis

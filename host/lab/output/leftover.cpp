@@ -19,7 +19,7 @@ Leftover* newest = nullptr; // changes while signals are held
 
 } // namespace
 
-// Only functions that are safe in a handler are called.
+// Calls only functions that are safe in a handler.
 void remove_leftovers() noexcept {
     for (const Leftover* l = newest; l; l = l->older_)
         if (::unlink(l->path_.c_str()) != 0) ::rmdir(l->path_.c_str());

@@ -31,6 +31,8 @@ class Leftover {
     Leftover* older_;
 };
 
+// Removes all of them now, before the process ends without destructors.
+void remove_leftovers() noexcept;
 // Removes leftovers on each signal that would end the process and can be caught; one that is ignored, or handled
 // already, stays so.
 void remove_leftovers_on_signals();

@@ -2,8 +2,8 @@
 // Tells runs apart by what they are made from, so that a finished run need not be done again.
 #pragma once
 
-#include "dermis/dermis.hpp"
 #include "host/core/base/hash.hpp"
+#include "host/lab/output/json.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -18,40 +18,43 @@ struct Contents {
     uint64_t bytes = 0, hash = fnv1a_64; // FNV-1a of the bytes
     void add(const char* more, size_t count);
 };
+void to_json(Json&, const Contents&);
 // Throws Error::io where the file cannot be read.
 Contents contents_of(const std::filesystem::path&);
 
-// A run's results follow from these, and from the version and the commit of dermis.
-struct Origin {
-    std::string scene;                  // its text, or a name that the program gives it
-    std::vector<std::string> overrides; // of keys
-    std::vector<Contents> inputs;       // maps, frames and receptors
-    std::string device, precision;      // as they were asked for
-    bool check = false;
-};
-
-// Returns the first lines of the summary.json of a run of this origin.
-std::string text_of(const Origin&);
-// Returns the line behind them, which lists the other files of the run.
-std::string files_text(std::vector<Contents>);
-// Returns a summary.json with its own hash as last line; `text` is all before that.
-std::string sealed(std::string text);
+// Returns the first keys of the summary.json of a run: all that its results follow from, with the version and the
+// commit of dermis. scene: its text, or a name that the program gives it; asked: device, precision and check as they
+// were asked for; set: overrides of keys; inputs: maps, frames and receptors.
+Json origin_of(const std::string& scene, const Json& asked, const std::vector<std::string>& set,
+               const std::vector<Contents>& inputs);
+// Adds the key behind them, a list of the other files of the run.
+void add_files(Json& origin, std::vector<Contents>);
+// Returns a summary.json that has its own hash as last key.
+std::string sealed(const Json&);
 
 // Returns whether a folder holds all files of a finished run of this scene, with every byte as it was written, and with
 // a summary.json that begins with `origin`.
-bool is_finished(const std::filesystem::path& folder, const Scene&, const std::string& origin);
+bool is_finished(const std::filesystem::path& folder, const Scene&, Json origin);
 
-// The figures of a finished run for tables, as they stand in its summary.json; empty where that has null.
+// The columns of runs.csv behind the run's number, and where a summary.json has their values.
+inline constexpr std::pair<const char*, const char*> figure_columns[] = {{"model", "/plan/model"},
+                                                                         {"precision", "/plan/precision"},
+                                                                         {"seconds", "/seconds"},
+                                                                         {"predicted_error", "/plan/predicted_error"},
+                                                                         {"measured_error", "/plan/measured_error"},
+                                                                         {"greatest_gain", "/greatest_gain"},
+                                                                         {"kinks", "/kinks"},
+                                                                         {"cells_compared", "/cross_check/cells"},
+                                                                         {"cells_different", "/cross_check/different"}};
+
+// The figures of a finished run for runs.csv; empty where its summary.json has null.
 struct Figures {
-    std::string model, precision, seconds, predicted_error, measured_error, greatest_gain, kinks;
-    long long compared = 0, different = 0;                     // cells
+    std::vector<std::string> values;                           // of figure_columns
     std::vector<std::pair<std::string, std::string>> outcomes; // by name, as outcomes() returns them
-    // Whether cells differ, or the measured error is above the prediction.
-    bool wrong() const;
+    bool wrong = false; // cells differ, or the measured error is above the prediction
 };
-// Returns the summary.json of a finished run, without the end of its last line. Throws Error::io.
-std::string summary_of(const std::filesystem::path& folder);
-// Throws Error::io where the file does not have them.
+// Throw Error::io if the folder's summary.json cannot be read or lacks a key.
+Json summary_of(const std::filesystem::path& folder);
 Figures figures_of(const std::filesystem::path& folder);
 
 } // namespace dermis::output

@@ -3,7 +3,6 @@
 
 #include "host/core/base/text.hpp"
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/output/json.hpp"
 #include "host/lab/output/origin.hpp"
 
 #include <iterator>
@@ -65,69 +64,68 @@ std::string receptors_csv(const Scene& scene) {
 
 std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
 
-std::string json_of(const Figure& f) {
-    return fmt::format("{{\"value\": {}, \"least\": {}, \"greatest\": {}, \"within\": {}}}", json_number(f.value),
-                       json_number(f.least), json_number(f.greatest),
-                       std::isnan(f.value) ? "null"
-                       : f.outside()       ? "false"
-                                           : "true");
+Json json_of(const Figure& f) {
+    return {{"value", f.value},
+            {"least", f.least},
+            {"greatest", f.greatest},
+            {"within", std::isnan(f.value) ? Json() : Json(!f.outside())}};
 }
 
-std::string json_of(const Report& r) {
-    std::vector<std::string> times, changed;
-    for (const Figure& f : r.retardation_times) times.push_back(json_of(f));
-    for (Quantity q : r.sign_changed) changed.push_back(json_text(name(q)));
-    return fmt::format(R"({{
-    "strain": {},
-    "indentation": {},
-    "gain": {},
-    "cells_per_ridge": {},
-    "retardation_times": [{}],
-    "sign_changed": [{}],
-    "vibration": {}
-  }})",
-                       json_of(r.strain), json_of(r.indentation), json_of(r.gain), json_of(r.cells_per_ridge),
-                       fmt::join(times, ",\n      "), fmt::join(changed, ", "), json_of(r.vibration));
+Json json_of(const Report& r) {
+    Json json = {{"strain", json_of(r.strain)},
+                 {"indentation", json_of(r.indentation)},
+                 {"gain", json_of(r.gain)},
+                 {"cells_per_ridge", json_of(r.cells_per_ridge)},
+                 {"retardation_times", Json::array()},
+                 {"sign_changed", Json::array()},
+                 {"vibration", json_of(r.vibration)}};
+    for (const Figure& f : r.retardation_times) json["retardation_times"].push_back(json_of(f));
+    for (Quantity q : r.sign_changed) json["sign_changed"].push_back(name(q));
+    return json;
 }
 
-std::string summary_json(const Scene& s, const Result& r, const std::string& begin) {
-    std::string check = "null";
-    if (r.cells_compared)
-        check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
-    const auto count = [](long long n) { return n < 0 ? "null" : std::to_string(n); };
-    std::string reduced; // nothing where the material's own elements are computed
-    for (const KelvinVoigt& e : r.reduced)
-        reduced += fmt::format("{}{{\"modulus\": {}, \"viscosity\": {}}}", reduced.empty() ? ", \"elements\": [" : ", ",
-                               shortest(e.modulus), shortest(e.viscosity));
-    if (!reduced.empty()) reduced += "]";
-    std::vector<std::string> outcome;
-    for (const auto& [name, value] : outcomes(r))
-        outcome.push_back(fmt::format("\"{}\": {}", name, json_number(value)));
-    std::vector<std::string> sentences = warnings(s, r);
-    for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
-    return sealed(begin + fmt::format(R"(
-  "device": {{"name": {}, "kind": {}, "driver": {}, "uuid": {}, "exact": {}}},
-  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}, "measured_cells": {}, "unmeasured": {}{}}},
-  "grid": {{"width": {}, "height": {}, "spacing": {}}},
-  "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
-  "cross_check": {},
-  "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
-  "kinks": {}, "pressed_cells": {}, "spikes": {},
-  "outcomes": {{{}}},
-  "report": {},
-  "warnings": [{}])",
-                                      json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
-                                      json_text(r.device.uuid), r.device.exact, name(r.model), name(s.method),
-                                      name(r.precision), json_number(r.predicted_error), json_number(r.measured_error),
-                                      r.measured_cells, json_text(r.unmeasured), reduced, s.grid.width, s.grid.height,
-                                      s.grid.spacing ? shortest(*s.grid.spacing) : "null", r.steps, r.left_out,
-                                      r.time.size(), r.dispatches, shortest(r.seconds), check, json_number(r.tau_min),
-                                      json_number(r.tau_max), json_number(s.time.step / r.tau_max),
-                                      json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
-                                      json_number(r.greatest_curvature), json_number(r.stencil_estimate),
-                                      count(r.kinks), count(r.pressed_cells),
-                                      s.afferents.empty() ? "null" : std::to_string(r.spikes.size()),
-                                      fmt::join(outcome, ", "), json_of(report(s, r)), fmt::join(sentences, ",")));
+// Returns the summary of a result behind its first keys.
+Json summary_of(const Scene& s, const Result& r, Json begin) {
+    const auto count = [](long long n) { return n < 0 ? Json() : Json(n); };
+    Json check;
+    if (r.cells_compared) check = {{"cells", r.cells_compared}, {"different", r.cells_different}};
+    begin["device"] = {{"name", r.device.name},
+                       {"kind", r.device.kind},
+                       {"driver", r.device.driver},
+                       {"uuid", r.device.uuid},
+                       {"exact", r.device.exact}};
+    begin["plan"] = {{"model", name(r.model)},
+                     {"method", name(s.method)},
+                     {"precision", name(r.precision)},
+                     {"predicted_error", r.predicted_error},
+                     {"measured_error", r.measured_error},
+                     {"measured_cells", r.measured_cells},
+                     {"unmeasured", r.unmeasured}};
+    if (!r.reduced.empty()) begin["plan"]["elements"] = r.reduced;
+    begin["grid"] = {{"width", s.grid.width},
+                     {"height", s.grid.height},
+                     {"spacing", s.grid.spacing ? Json(*s.grid.spacing) : Json()}};
+    begin.update({{"steps", r.steps},
+                  {"left_out", r.left_out},
+                  {"outputs", r.time.size()},
+                  {"dispatches", r.dispatches},
+                  {"seconds", r.seconds},
+                  {"cross_check", check},
+                  {"tau_min", r.tau_min},
+                  {"tau_max", r.tau_max},
+                  {"z_min", s.time.step / r.tau_max},
+                  {"z_max", s.time.step / r.tau_min},
+                  {"greatest_gain", r.greatest_gain},
+                  {"greatest_curvature", r.greatest_curvature},
+                  {"stencil_estimate", r.stencil_estimate},
+                  {"kinks", count(r.kinks)},
+                  {"pressed_cells", count(r.pressed_cells)},
+                  {"spikes", s.afferents.empty() ? Json() : Json(r.spikes.size())}});
+    begin["outcomes"] = Json::object();
+    for (const auto& [name, value] : outcomes(r)) begin["outcomes"][name] = value;
+    begin["report"] = json_of(report(s, r));
+    begin["warnings"] = warnings(s, r);
+    return begin;
 }
 
 } // namespace
@@ -158,7 +156,7 @@ std::vector<std::string> result_files(const Scene& scene) {
     return names;
 }
 
-void write_result(const Folder& folder, const Scene& scene, const Result& result, const std::string& origin) {
+void write_result(const Folder& folder, const Scene& scene, const Result& result, Json origin) {
     const Path& out = folder.path();
     // Known before anything is written, because there may be no memory to find it out later.
     const std::vector<Path> stale = earlier_run(out, result_files(scene));
@@ -184,7 +182,8 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
         add("afferents.csv", afferents_csv(scene, result));
         add("psth.csv", psth_csv(scene, result));
     }
-    add("summary.json", summary_json(scene, result, origin + files_text(files)));
+    add_files(origin, files);
+    add("summary.json", sealed(summary_of(scene, result, std::move(origin))));
     // A kill from here on leaves files of two runs, and the summary that says so.
     const HeldSignals signals;
     if (owned) unfinished.publish(signals);

@@ -2,8 +2,8 @@
 // What a run leaves: its files, and what is said of it.
 #pragma once
 
-#include "dermis/dermis.hpp"
 #include "host/lab/output/folder.hpp"
+#include "host/lab/output/json.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -20,9 +20,8 @@ std::string npy_of(const std::vector<double>& map, int width, int height);
 std::vector<std::string> result_files(const Scene&);
 // Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy, with
 // afferents spikes.npy, afferents.csv and psth.csv; all of them or, where one cannot be written, none. What an earlier
-// run left there is removed (see earlier.hpp). scene: as it was run. origin: the first lines of summary.json, from
-// text_of(const Origin&).
-void write_result(const Folder&, const Scene& scene, const Result&, const std::string& origin);
+// run left there is removed (see earlier.hpp). scene: as it was run. origin: from origin_of().
+void write_result(const Folder&, const Scene& scene, const Result&, Json origin);
 
 // Returns a sentence for each reason not to trust a result as it stands, with what can be done about it. A figure that
 // the result does not know gives none. scene: as it was run.
