@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bytes are what an earlier run has left in a folder: a summary.json, and after a 0 a runs.csv.
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/output/origin.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 #include <filesystem>

@@ -2,7 +2,7 @@
 // The nerve fibres of scenes: what acts on them, when they fire, and the files that say so.
 #include "host/core/base/watch.hpp"
 #include "host/core/cpu/fibres.hpp"
-#include "host/lab/output/origin.hpp"
+#include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
 #include "host/lab/run/fibre_run.hpp"
 #include "tests/command.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads command
 // The command as a user meets it: exit status, messages, files.
-#include "host/lab/output/origin.hpp"
+#include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/scene.hpp"

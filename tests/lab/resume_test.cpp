@@ -3,7 +3,6 @@
 // Going on where a run or a sweep was stopped: what stays is finished, whole and of the same making; all else is done
 // again.
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/output/origin.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

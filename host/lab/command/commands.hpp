@@ -3,7 +3,7 @@
 #pragma once
 
 #include "host/lab/march/self_test.hpp"
-#include "host/lab/output/origin.hpp"
+#include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
 #include "host/lab/scenes/curve_file.hpp"
 
@@ -61,9 +61,6 @@ RunsDone run_all(const output::Folder&, const Plan&, const Device&, const RunOpt
 // Vulkan device if Device::open(device) gives one, each for a quarter of a second. Prints the times of a press and
 // their shares of the scene's step.
 int bench_scene(const std::string& path, int pads, const std::string& device);
-// The time of a clock that runs evenly, s.
-double seconds_now();
-
 // dermis bench --errors: runs the scene by every candidate of its plan, and by every other method at its step, a half
 // and a quarter of it. Writes errors.csv and errors.png into a folder. device: of the candidates on Vulkan, beside the
 // CPU's; "cpu": none. Returns whether no error is above its bound.

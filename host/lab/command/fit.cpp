@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/command/commands.hpp"
-#include "host/lab/output/earlier.hpp"
-#include "host/lab/output/folder.hpp"
 #include "host/lab/output/python.hpp"
 
 #include "fit_script.h"

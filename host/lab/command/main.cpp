@@ -5,7 +5,6 @@
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/lab/command/commands.hpp"
-#include "host/lab/output/earlier.hpp"
 #include "host/lab/output/python.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/nearest.hpp"

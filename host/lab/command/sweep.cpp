@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/command/commands.hpp"
 
-#include "host/lab/output/earlier.hpp"
-#include "host/lab/output/output.hpp"
 #include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>

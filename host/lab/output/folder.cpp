@@ -3,7 +3,10 @@
 
 #include "dermis/dermis.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fcntl.h>
 #include <sys/file.h>
@@ -21,6 +24,28 @@ namespace {
         fmt::format("{}: cannot be {} ({})", path.empty() ? "\"\"" : path.string(), what, std::strerror(errno)));
 }
 
+// A handler may run at any instruction and in any thread, so it takes no lock. It stores its signal and then tries to
+// set `held`. If it can, nobody changes the list any more; if not, whoever has set `held` sees the signal afterwards.
+std::atomic_flag held;
+std::atomic<int> arrived = 0;
+Leftover* newest = nullptr; // changes while signals are held
+
+// `held` stays set: no leftover is made or renamed until the process has ended.
+void end_by(int signal) {
+    remove_leftovers();
+    struct sigaction otherwise = {};
+    otherwise.sa_handler = SIG_DFL;
+    ::sigaction(signal, &otherwise, nullptr);
+    ::kill(::getpid(), signal); // arrives at the end of the handler, if this is one
+}
+
+extern "C" void dermis_on_signal(int signal) {
+    const int error = errno; // of the code that the signal interrupts
+    arrived = signal;
+    if (!held.test_and_set()) end_by(signal);
+    errno = error;
+}
+
 constexpr std::string_view before_number = ".dermis-", after_number = ".part";
 
 bool is_part(const std::string& name) {
@@ -31,6 +56,46 @@ bool is_part(const std::string& name) {
 }
 
 } // namespace
+
+// Calls only functions that are safe in a handler.
+void remove_leftovers() noexcept {
+    for (const Leftover* l = newest; l; l = l->older_)
+        if (::unlink(l->path_.c_str()) != 0) ::rmdir(l->path_.c_str());
+}
+
+HeldSignals::HeldSignals() {
+    while (held.test_and_set()) // a handler in another thread has it until the process ends
+        ::usleep(1000);
+}
+
+HeldSignals::~HeldSignals() {
+    held.clear();
+    if (const int signal = arrived; signal && !held.test_and_set()) end_by(signal);
+}
+
+Leftover::Leftover(std::string path, const HeldSignals&) : path_(std::move(path)), older_(newest) { newest = this; }
+
+Leftover::~Leftover() {
+    const HeldSignals signals;
+    if (::unlink(path_.c_str()) != 0) ::rmdir(path_.c_str()); // or it has been renamed, or has files
+    Leftover** link = &newest;
+    while (*link != this) link = &(*link)->older_;
+    *link = older_;
+}
+
+void remove_leftovers_on_signals() {
+    const int none_ended[] = {SIGKILL, SIGSTOP, SIGCHLD, SIGCONT, SIGURG, SIGWINCH, SIGTSTP, SIGTTIN, SIGTTOU};
+    const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS, SIGABRT};
+    for (int signal = 1; signal <= SIGRTMAX; ++signal) {
+        struct sigaction action = {};
+        if (std::ranges::count(none_ended, signal) || ::sigaction(signal, nullptr, &action) != 0) continue;
+        if ((action.sa_flags & SA_SIGINFO) || action.sa_handler != SIG_DFL) continue;
+        action.sa_handler = dermis_on_signal;
+        // A fault comes again when the handler returns, and ends the process then even where signals are held.
+        action.sa_flags = SA_RESTART | (std::ranges::count(faults, signal) ? SA_RESETHAND : 0);
+        ::sigaction(signal, &action, nullptr);
+    }
+}
 
 Folder::Folder(const Path& path) : path_(path) {
     // A process whose run failed may remove the folder between any two of these calls, but not time and again.

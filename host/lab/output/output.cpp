@@ -3,7 +3,6 @@
 
 #include "host/core/base/text.hpp"
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/output/origin.hpp"
 
 #include <iterator>
 #include <list>
