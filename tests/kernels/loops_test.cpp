@@ -4,7 +4,7 @@
 #include "host/core/cpu/planes.hpp"
 #include "host/core/cpu/stream.hpp"
 #include "host/core/simd/isa.hpp"
-#include "host/lab/march/cpu_march.hpp"
+#include "host/lab/march/march.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>

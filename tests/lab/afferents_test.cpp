@@ -4,7 +4,7 @@
 #include "host/core/cpu/fibres.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
-#include "host/lab/run/fibre_run.hpp"
+#include "host/lab/run/collector.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

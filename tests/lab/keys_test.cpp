@@ -25,7 +25,7 @@ struct Probe {
 } // namespace
 namespace dermis::scene {
 template <> struct Names<Kind> {
-    static constexpr Name<Kind> table[] = {{Kind::plain, "plain"}, {Kind::rough, "rough"}};
+    static constexpr Name<Kind> all[] = {{Kind::plain, "plain"}, {Kind::rough, "rough"}};
 };
 template <> inline constexpr auto rows<Part> = std::tuple{Key{"share", &Part::share, "", share, "", "of a whole"}};
 inline constexpr Only<Probe> if_rough{"only with probe.kind = \"rough\"",

@@ -16,65 +16,33 @@ template <class Enum> struct Name {
 
 template <class Enum> struct Names; // An enum without a table of names does not compile.
 
-template <> struct Names<Quantity> {
-    static constexpr Name<Quantity> table[] = {{Quantity::strain, "strain"},
-                                               {Quantity::sa1, "sa1"},
-                                               {Quantity::sa2, "sa2"},
-                                               {Quantity::fa1, "fa1"},
-                                               {Quantity::fa2, "fa2"},
-                                               {Quantity::curvature, "curvature"},
-                                               {Quantity::deformation, "deformation"},
-                                               {Quantity::indentation, "indentation"},
-                                               {Quantity::shear_x, "shear_x"},
-                                               {Quantity::shear_y, "shear_y"},
-                                               {Quantity::stretch_x, "stretch_x"},
-                                               {Quantity::stretch_y, "stretch_y"},
-                                               {Quantity::stretch_xy, "stretch_xy"}};
-};
-template <> struct Names<Precision> {
-    static constexpr Name<Precision> table[] = {
-        {Precision::f32, "f32"}, {Precision::f32_compensated, "f32-compensated"}, {Precision::f64, "f64"}};
-};
-template <> struct Names<Stencil> {
-    static constexpr Name<Stencil> table[] = {{Stencil::five_point, "five-point"},
-                                              {Stencil::fourth_order, "fourth-order"},
-                                              {Stencil::published, "published"}};
-};
-template <> struct Names<Edges> {
-    static constexpr Name<Edges> table[] = {
-        {Edges::mirror, "mirror"}, {Edges::periodic, "periodic"}, {Edges::published, "published"}};
-};
-template <> struct Names<Fa2> {
-    static constexpr Name<Fa2> table[] = {{Fa2::point, "point"}, {Fa2::step_mean, "step-mean"}};
-};
-template <> struct Names<Signal> {
-    static constexpr Name<Signal> table[] = {
-        {Signal::strain, "strain"},
-        {Signal::stress, "stress"},
+// Gives an enum its table: each value, without the enum's name, and its text.
+#define DERMIS_NAMES(Enum, ...)                                                                                        \
+    template <> struct Names<Enum> {                                                                                   \
+        using enum Enum;                                                                                               \
+        static constexpr Name<Enum> all[] = {__VA_ARGS__};                                                             \
     };
-};
-template <> struct Names<Receptors::Kernel> {
-    static constexpr Name<Receptors::Kernel> table[] = {
-        {Receptors::Kernel::stress, "stress"},
-        {Receptors::Kernel::strain, "strain"},
-    };
-};
-template <> struct Names<Surface::Kind> {
-    static constexpr Name<Surface::Kind> table[] = {{Surface::Kind::flat, "flat"},
-                                                    {Surface::Kind::wave, "wave"},
-                                                    {Surface::Kind::spiral, "spiral"},
-                                                    {Surface::Kind::map, "file"}};
-};
+
+DERMIS_NAMES(Quantity, {strain, "strain"}, {sa1, "sa1"}, {sa2, "sa2"}, {fa1, "fa1"}, {fa2, "fa2"},
+             {curvature, "curvature"}, {deformation, "deformation"}, {indentation, "indentation"}, {shear_x, "shear_x"},
+             {shear_y, "shear_y"}, {stretch_x, "stretch_x"}, {stretch_y, "stretch_y"}, {stretch_xy, "stretch_xy"})
+DERMIS_NAMES(Precision, {f32, "f32"}, {f32_compensated, "f32-compensated"}, {f64, "f64"})
+DERMIS_NAMES(Stencil, {five_point, "five-point"}, {fourth_order, "fourth-order"}, {published, "published"})
+DERMIS_NAMES(Edges, {mirror, "mirror"}, {periodic, "periodic"}, {published, "published"})
+DERMIS_NAMES(Fa2, {point, "point"}, {step_mean, "step-mean"})
+DERMIS_NAMES(Signal, {strain, "strain"}, {stress, "stress"})
+DERMIS_NAMES(Receptors::Kernel, {stress, "stress"}, {strain, "strain"})
+DERMIS_NAMES(Surface::Kind, {flat, "flat"}, {wave, "wave"}, {spiral, "spiral"}, {map, "file"})
 
 template <class Enum> constexpr const char* text_of(Enum value) noexcept {
-    for (const Name<Enum>& name : Names<Enum>::table)
+    for (const Name<Enum>& name : Names<Enum>::all)
         if (name.value == value) return name.text;
     return "(no such value)";
 }
 
 // Returns nothing where no value has this name.
 template <class Enum> constexpr std::optional<Enum> value_of(std::string_view text) noexcept {
-    for (const Name<Enum>& name : Names<Enum>::table)
+    for (const Name<Enum>& name : Names<Enum>::all)
         if (name.text == text) return name.value;
     return {};
 }
@@ -82,7 +50,7 @@ template <class Enum> constexpr std::optional<Enum> value_of(std::string_view te
 // Returns all names in alphabetical order.
 template <class Enum> std::vector<std::string> names() {
     std::vector<std::string> texts;
-    for (const Name<Enum>& name : Names<Enum>::table) texts.push_back(name.text);
+    for (const Name<Enum>& name : Names<Enum>::all) texts.push_back(name.text);
     std::sort(texts.begin(), texts.end());
     return texts;
 }

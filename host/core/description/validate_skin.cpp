@@ -110,3 +110,6 @@ SkinDescription validate_skin(const SkinDescription& description, const std::vec
 }
 
 } // namespace dermis::scene
+
+const char* dermis::name(Quantity q) noexcept { return scene::text_of(q); }
+const char* dermis::name(Precision p) noexcept { return scene::text_of(p); }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "host/core/embedding/fibres_check.hpp"
 #include "host/core/embedding/runner.hpp"
 #include "host/core/vulkan/fibres_kernel.hpp"
 
 namespace dermis::vulkan {
+
+// Steps a few nerve fibres on the device and on the CPU path, once for each device. Throws Error::no_device where a bit
+// differs, and Error::device.
+void need_exact_fibres(const std::shared_ptr<Context>&);
 
 // The backend on a Vulkan device that the library has opened: it presses skins by a SkinProgram.
 class VulkanBackend : public plan::Backend {

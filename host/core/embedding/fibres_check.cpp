@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "host/core/embedding/fibres_check.hpp"
+#include "host/core/embedding/backend.hpp"
 
 #include "host/core/cpu/fibres.hpp"
-#include "host/core/vulkan/fibres_kernel.hpp"
 
 #include <cmath>
 #include <cstring>

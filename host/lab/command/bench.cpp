@@ -151,7 +151,7 @@ void add_methods(std::vector<Way>& ways, const Scene& scene, const Device& cpu) 
         own.model.reset(), own.precision = Precision::f64, own.tolerance.reset();
         own.time.step /= divisor;
         const Truth truth(own);
-        for (const scene::Name<Method>& method : scene::Names<Method>::table) {
+        for (const scene::Name<Method>& method : scene::Names<Method>::all) {
             if (method.value == Method::exact || method.value == Method::published) continue;
             own.method = method.value;
             const Candidate march{.precision = Precision::f64, .device = cpu.info().name, .bytes = std::nan("")};

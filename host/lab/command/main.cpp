@@ -312,7 +312,7 @@ CLI::Option* add_device(CLI::App& command, std::string& device) {
 
 void add_backend(CLI::App& command, Arguments& a) {
     std::vector<std::string> precisions;
-    for (const scene::Name<Precision>& name : scene::Names<Precision>::table) precisions.push_back(name.text);
+    for (const scene::Name<Precision>& name : scene::Names<Precision>::all) precisions.push_back(name.text);
     add_device(command, a.device)->capture_default_str();
     command.add_option("--precision", a.precision, "f32, f32-compensated or f64 (CPU only)")
         ->check(CLI::IsMember(precisions));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/march/cpu_march.hpp"
+#include "host/lab/march/march.hpp"
 
 #include "host/core/base/float_environment.hpp"
 #include "host/core/cpu/cells.hpp"

@@ -4,12 +4,10 @@
 
 #include "host/core/cpu/backend.hpp"
 #include "host/lab/march/capabilities.hpp"
-#include "host/lab/march/cpu_march.hpp"
 #include "host/lab/march/self_test.hpp"
 
 #ifdef DERMIS_VULKAN
 #include "host/core/embedding/backend.hpp"
-#include "host/lab/march/vulkan_march.hpp"
 #endif
 
 namespace dermis {

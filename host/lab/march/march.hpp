@@ -3,6 +3,7 @@
 #pragma once
 
 #include "host/core/press/device.hpp"
+#include "host/core/simd/isa.hpp"
 #include "host/lab/march/stepper.hpp"
 
 namespace dermis {
@@ -19,4 +20,22 @@ namespace plan {
 std::unique_ptr<Stepper> march(Backend&, const PreparedSkin&, const Schedule&, Precision, Stepper::Sink);
 
 } // namespace plan
+
+namespace cpu {
+
+// threads: 0 = one per core. Skin and schedule outlive the stepper.
+std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision, int threads,
+                                       plan::Stepper::Sink, const simd::Isa& isa = simd::best());
+
+} // namespace cpu
+
+namespace vulkan {
+
+class Context;
+// In f32. Throws Error::bad_input where the grid does not fit the device, naming the limit. Skin and schedule outlive
+// the stepper.
+std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision,
+                                       std::shared_ptr<Context>, plan::Stepper::Sink);
+
+} // namespace vulkan
 } // namespace dermis

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/march/stencil_estimate.hpp"
+#include "host/lab/march/stepper.hpp"
 
 #include "host/core/model/laplacian.hpp"
 #include "host/core/simd/isa.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Records presses, submits them by their work, and hands the results over when a ring of them is full.
-#include "host/lab/march/vulkan_march.hpp"
+#include "host/lab/march/march.hpp"
 
 #include "host/core/model/laplacian.hpp"
 #include "host/core/vulkan/press_kernel.hpp"

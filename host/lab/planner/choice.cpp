@@ -2,7 +2,7 @@
 #include "host/lab/planner/choice.hpp"
 
 #include "host/core/base/text.hpp"
-#include "host/lab/march/stencil_estimate.hpp"
+#include "host/lab/march/stepper.hpp"
 #include "host/lab/planner/bound.hpp"
 #include "host/lab/planner/reduction.hpp"
 

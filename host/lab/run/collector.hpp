@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Collects the samples of a run in its Result, and compares the bits of two runs.
+// What fills a Result: collects the samples of a run, compares the bits of two runs, and fires nerve fibres.
 #pragma once
 
 #include "dermis/run.hpp"
@@ -52,5 +52,10 @@ class CrossCheck {
     Collector collect_;
     std::unique_ptr<plan::Stepper> stepper_;
 };
+
+constexpr double share_of_fibres = 0.5; // of the progress of a run that has fibres
+
+// Returns the spikes of a scene by time, then by fibre. afferents: the scene's, validated. threads: as for Device::cpu.
+std::vector<FiredSpike> spikes_of(const Scene&, const std::vector<Afferents>& afferents, int threads);
 
 } // namespace dermis

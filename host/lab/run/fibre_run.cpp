@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/run/fibre_run.hpp"
+// The nerve fibres of a run. Their inputs are computed apart from the run's outputs: by the exact method in double, in
+// the cells of the fibres alone, at stops so close that lines between them miss little of the load and of what the
+// material makes of it. So neither the model of the run nor Time::step changes a spike.
+#include "host/lab/run/collector.hpp"
 
 #include "host/core/base/refusal.hpp"
 #include "host/core/base/watch.hpp"

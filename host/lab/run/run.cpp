@@ -13,7 +13,6 @@
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
 #include "host/lab/run/collector.hpp"
-#include "host/lab/run/fibre_run.hpp"
 #include "host/lab/run/witness.hpp"
 
 #include <algorithm>

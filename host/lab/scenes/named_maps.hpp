@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The maps and other files that the tables of a scene name.
+// The tables of a scene file, and the maps and other files that they name.
 #pragma once
 
 #include "host/lab/scenes/toml_section.hpp"
@@ -64,5 +64,11 @@ inline FileMap map_in(Section& table, const std::string& file, const Grid* grid,
         for (double& v : map.values.edit()) v = 1 - v;
     return map;
 }
+
+// Reads a Scene from the tables of a scene file. Paths in the file are relative to `folder`, unless they are names in
+// `maps`, and are appended to `files`; a map that is in `read` is not read again. Checks keys and types; validate()
+// checks ranges and fills in the defaults. Throws Error::bad_input.
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, const NamedMaps& maps, FileMaps& read,
+                  std::vector<std::string>& files);
 
 } // namespace dermis::scene

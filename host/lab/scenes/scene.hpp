@@ -122,6 +122,9 @@ struct ValidatedScene {
 
 // Checks every parameter and fills in every default. Throws Error::bad_input.
 ValidatedScene validate(const Scene&);
+// Checks the method together with the material, stencil, edges, receptors and time step that it is used with, and fills
+// in the defaults of stencil, edges and receptors.fa2. Grid, time and load have been checked before.
+void check_method(Scene&);
 // Checks the elements of another material for a scene that is validated. Throws Error::bad_input.
 void check_material(const Scene& validated, const Material&);
 

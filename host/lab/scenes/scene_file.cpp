@@ -3,11 +3,7 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
-#include "host/lab/scenes/input_file.hpp"
-#include "host/lab/scenes/nearest.hpp"
-#include "host/lab/scenes/scene.hpp"
-#include "host/lab/scenes/scene_tables.hpp"
-#include "host/lab/scenes/units.hpp"
+#include "host/lab/scenes/named_maps.hpp"
 #include "host/lab/scenes/unreadable.hpp"
 
 #include <sstream>

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/scenes/scene_tables.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/named_maps.hpp"
 #include "host/lab/scenes/read_rows.hpp"

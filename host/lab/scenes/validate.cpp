@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The checks of time, load and output, and the order of all checks of a scene.
 #include "host/core/base/refusal.hpp"
-#include "host/lab/scenes/checks.hpp"
+#include "host/core/description/checks.hpp"
 #include "host/lab/scenes/keys.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/waveform.hpp"
 
@@ -347,3 +348,6 @@ ValidatedScene validate(const Scene& scene) {
 }
 
 } // namespace dermis::scene
+
+const char* dermis::name(Method m) noexcept { return scene::text_of(m); }
+const char* dermis::name(Model m) noexcept { return scene::text_of(m); }
