@@ -4,6 +4,7 @@
 #include "host/lab/scenes/read_rows.hpp"
 #include "tests/support.hpp"
 
+#include <map>
 #include <set>
 
 using namespace test;
@@ -75,7 +76,7 @@ TEST_CASE("a struct with rows is read and checked by them alone") {
     CHECK(refused(length + "count = 3") == "probe.count = 3; allowed: only with probe.kind = \"rough\"");
     CHECK(refused(length + "kind = \"rough\"\ncount = 0") == "probe.count = 0; allowed: 1..16384");
     CHECK(refused(length + "times = [1, -2]") == "probe.times = -2; allowed: a finite number >= 0");
-    CHECK(refused(length + "pair = [1]") == "probe.pair = 1 numbers; allowed: two, [ , ]");
+    CHECK(refused(length + "pair = [1]") == "probe.pair = [ 1 ]; allowed: two numbers, as [0.5, 1]");
     CHECK(refused(length + "kind = \"rouh\"") ==
           "probe.kind = 'rouh'; allowed: \"plain\", \"rough\"; did you mean rough?");
     CHECK(refused(length + "sahre = 1").find("probe.sahre = 1; no such key here; known: count, inner, kind") == 0);
@@ -98,50 +99,126 @@ TEST_CASE("each key of the list has a sentence and a type, and is known once") {
     CHECK(scene::unit_of_key("load.no_such_key").empty());
 }
 
-// What a key needs beside it, so that its range alone decides.
-std::string context_of(const std::string& table, const std::string& name) {
-    for (auto [keys, text] : {std::pair{" rise ", "envelope = \"ramp\"\n"},
-                              {" frequency phase mean amplitude ", "envelope = \"sine\"\n"},
-                              {" length period ", "envelope = \"pulse\"\n"},
-                              {" contact_share contact_length ", "contact = \"crests\"\n"},
-                              {" radius_y ", "kind = \"punch\"\ncontrol = \"depth\"\nintensity = 1e-5\n"},
-                              {" ball_radius ", "kind = \"ball\"\ncontrol = \"depth\"\nintensity = 1e-5\n"}})
-        if (table == "load." && std::string_view(keys).find(" " + name + " ") != std::string_view::npos) return text;
-    if (table == "receptors.") return "kernel = \"strain\"\n";
-    return table == "surface." ? "kind = \"wave\"\n" : "";
+// A scene in which a key is allowed, so that its own value alone decides, and the key's place in it.
+struct Place {
+    std::string toml, prefix;
+};
+Place place_of(const scene::KeyRow& row) {
+    const std::string fingertip = "preset = \"fingertip\"\n";
+    const auto in = [&](const char* names) {
+        return std::string_view(names).find(" " + row.name + " ") != std::string_view::npos;
+    };
+    if (row.table == "surface.") return {fingertip + "[surface]\nkind = \"wave\"", row.table};
+    if (row.table == "material.")
+        return {in(" modulus viscosity ") ? "[material]\nmodulus = 1\nviscosity = 1" : fingertip, row.table};
+    if (row.table == "material.elements.")
+        return {"[material]\nelements = [{ modulus = 1, viscosity = 1 }]", "material.elements[0]."};
+    if (row.table == "load.") {
+        std::string load;
+        for (auto [names, text] :
+             {std::pair{" start rise ", "envelope = \"ramp\""},
+              {" frequency phase mean amplitude ", "envelope = \"sine\""},
+              {" length period ", "envelope = \"pulse\""},
+              {" times values ", "envelope = \"table\"\ntimes = [0, 1]\nvalues = [0, 1]"},
+              {" contact_share contact_length ", "contact = \"crests\""},
+              {" radius_y ", "kind = \"punch\"\ncontrol = \"depth\"\nintensity = 1e-5"},
+              {" ball_radius ", "kind = \"ball\"\nball_radius = 1\ncontrol = \"depth\"\nintensity = 1e-5"}})
+            if (in(names)) load = text;
+        return {fingertip + "[load]\n" + load, row.table};
+    }
+    if (row.table == "load.window.")
+        return {fingertip + "[load]\nenvelope = \"sine\"\nwindow = { until = 9 }", row.table};
+    if (row.table == "load.grating.") return {fingertip + "[load.grating]\nwavelength = 1e-3", row.table};
+    if (row.table == "receptors." || row.table == "receptors.depth.")
+        return {fingertip + "[receptors]\nkernel = \"strain\"", row.table};
+    if (row.table == "output.fields.")
+        return {"[output]\nfields = [{ at = 0, what = [\"sa1\"] }]", "output.fields[0]."};
+    const std::string fibres = fingertip + "[[afferents]]\nclass = \"fa2\"\ncells = [[1, 1]]\n"
+                                           "after = [{ amplitude = 1, time = 1 }]";
+    if (row.table == "afferents.") return {fibres, "afferents[0]."};
+    if (row.table == "afferents.after.") return {fibres, "afferents[0].after[0]."};
+    return {fingertip, row.table};
 }
 
-TEST_CASE("a number outside a key's range is refused by the key's name, and by nothing else") {
+// What is said of a scene with one key more.
+std::string said_of(const Place& place, const std::string& key, const std::string& value) {
+    return refusal(Error::Code::bad_input, [&] { Scene::from_string(place.toml, {place.prefix + key + "=" + value}); });
+}
+
+// Whether the value of a key is in a file, of a table that needs one.
+bool needs_file(const scene::KeyRow& row) {
+    return row.table == "load.texture." || row.table == "load.taxels." ||
+           (row.table == "surface." && row.name == "spacing") || (row.table == "load." && row.name == "interval");
+}
+
+TEST_CASE("a number outside a key's range is refused by the key's name and the range, and by nothing else") {
+    const std::map<std::string, std::vector<const char*>> outside = {
+        {"a finite number", {"nan", "inf"}},
+        {"a finite number > 0", {"0", "-1", "nan", "inf"}},
+        {"a finite number >= 0", {"-1", "nan", "inf"}},
+        {"a finite number < 1", {"1", "nan", "-inf"}},
+        {"whole cells, 1..16384", {"0", "16385", "100000"}},
+        {"whole cells, 1..65536", {"0", "65537"}},
+        {"> 0, at most 1", {"0", "1.5", "nan"}},
+        {"0..0.5", {"-0.1", "0.6", "nan"}},
+        {"-1e9..1e9", {"-1.1e9", "2e9", "nan"}},
+        {"1..16384", {"0", "16385"}},
+        {"1 to 64", {"0", "65"}}};
     int asked = 0;
     for (const scene::KeyRow& row : scene::key_rows()) {
-        const std::string name = row.table + row.name;
-        // a key whose words are a range of one number, in a table that can stand alone
-        if (row.table.find('.') + 1 != row.table.size() ||
-            row.type.find("NumberWithUnit") + row.type.find("float") + row.type.find("CellOrPlace") ==
-                3 * std::string::npos)
+        const std::string range = row.allowed.substr(0, row.allowed.find("; only with"));
+        if (range.empty() || range[0] == '"' || range.starts_with("only with") || range.starts_with("a list of") ||
+            range == "true, false" || needs_file(row) || row.table == "material.relaxation.")
             continue;
-        const std::string range = row.allowed.substr(0, row.allowed.find(';'));
-        std::vector<std::string> bad;
-        if (range == "a finite number > 0") bad = {"0", "-1", "nan", "inf"};
-        else if (range == "a finite number >= 0") bad = {"-1", "nan", "inf"};
-        else if (range == "whole cells, 1..65536") bad = {"0", "65537", "1.5"};
-        else if (range == "> 0, at most 1") bad = {"0", "1.5", "nan"};
-        else if (range == "0..0.5") bad = {"-0.1", "0.6", "nan"};
-        else if (range == "a finite number") bad = {"nan", "inf"};
-        if (name == "load.interval" || name == "load.taxels" || row.table == "afferents.") continue;
-        for (const std::string& value : bad) {
-            std::string toml = "preset = \"fingertip\"\n[surface]\nkind = \"wave\"\n[load]\n";
-            if (row.table == "load.") toml += context_of(row.table, row.name);
-            CAPTURE(name);
-            CAPTURE(value);
-            std::vector<std::string> set = {name + "=" + value};
-            if (name == "receptors.poisson") set.push_back("receptors.kernel=strain");
-            if (name == "material.spring" || name == "material.dashpot") set.push_back("material.spring=1e4");
-            if (set.size() > 1 && set[1].starts_with(name)) set.pop_back();
-            const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(toml, set); });
-            CHECK_MESSAGE(why.find(name + " = ") != std::string::npos, why);
+        CAPTURE(row.table + row.name);
+        REQUIRE(outside.count(range) == 1);
+        for (const std::string value : outside.at(range)) {
+            const std::string why =
+                said_of(place_of(row), row.name, row.type == "Numbers" ? "[1, " + value + "]" : value);
+            const bool own = row.name == "at" || row.name == "duration" || row.name == "period"; // a relation says more
+            CHECK_MESSAGE(why.find(row.table.substr(0, row.table.find('.'))) != std::string::npos, why);
+            CHECK_MESSAGE(why.find(row.name + " = ") != std::string::npos, why);
+            CHECK_MESSAGE((own || why.find("allowed: " + range) != std::string::npos), why);
             ++asked;
         }
     }
-    CHECK(asked > 60);
+    CHECK(asked > 200);
+}
+
+TEST_CASE("a key beside which another one is missing is refused, and the error says which") {
+    int asked = 0;
+    for (const scene::KeyRow& row : scene::key_rows()) {
+        const size_t at = row.allowed.find("only with");
+        if (at == std::string::npos) continue;
+        CAPTURE(row.table + row.name);
+        Place place{"", row.table};
+        if (row.name == "start") place.toml = "[load]\nenvelope = \"sine\"";
+        if (row.name == "radius") place.toml = "[load]\nkind = \"ball\"";
+        const std::string why = said_of(place, row.name, row.type == "Numbers" ? "[1]" : "1");
+        CHECK_MESSAGE(why.find(row.table + row.name + " = ") != std::string::npos, why);
+        CHECK_MESSAGE(why.find("allowed: " + row.allowed.substr(at)) != std::string::npos, why);
+        ++asked;
+    }
+    CHECK(asked > 15);
+}
+
+TEST_CASE("a word that a key does not have is refused with those that it has, and a unit with the key's own") {
+    int words = 0, units = 0;
+    for (const scene::KeyRow& row : scene::key_rows()) {
+        CAPTURE(row.table + row.name);
+        if (needs_file(row) || row.table == "load.texture." || row.table == "material.relaxation.") continue;
+        if (row.type == "str" && row.allowed.starts_with('"')) {
+            const std::string why = said_of(place_of(row), row.name, "\"bumpy\"");
+            CHECK_MESSAGE(why.find(row.name + " = 'bumpy'; allowed: " + row.allowed) != std::string::npos, why);
+            ++words;
+        }
+        if (!scene::can_be_in(row.unit) || row.type == "Numbers") continue;
+        const char* wrong = row.unit == "Pa" ? "\"3 Pa s\"" : "\"3 Pa\"";
+        const std::string why = said_of(place_of(row), row.name, wrong);
+        CHECK_MESSAGE(why.find(row.name + " = '3 Pa") != std::string::npos, why);
+        CHECK_MESSAGE(why.find(scene::allowed_in_unit(row.unit)) != std::string::npos, why);
+        ++units;
+    }
+    CHECK(words > 10);
+    CHECK(units > 35);
 }

@@ -130,7 +130,7 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
         CHECK_MESSAGE(why.find(says) != std::string::npos, why);
     };
     refused("velocity = [1, 2]\n", "load.texture.path = (not given)");
-    refused("path = \"" + path + "\"\nvelocity = [1]\n", "load.texture.velocity = 1 numbers");
+    refused("path = \"" + path + "\"\nvelocity = [1]\n", "load.texture.velocity = [ 1 ]; allowed: two numbers");
     std::filesystem::remove(path);
     const auto scene_refused = [](auto change, const char* says) {
         Scene bad = grating(1e-3, 0.01);

@@ -52,7 +52,7 @@ inline std::string path_in(Section& table, bool required, const std::string& kin
 // Reads the map of a table's path, and where it is a picture the key `high`. Without a file it returns no map.
 inline FileMap map_in(Section& table, const std::string& file, const Grid* grid, const PathBase& folder) {
     std::optional<High> high;
-    table.choice("high", high);
+    table.value("high", high, choice_in<High>);
     FileMap map;
     if (!file.empty()) map = folder.map(file, grid, table.parameter("path"));
     table.permit("high", map.picture, "only where path is a picture, a PNG");

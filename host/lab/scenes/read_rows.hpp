@@ -7,7 +7,7 @@
 
 namespace dermis::scene {
 
-template <class Rows, class T> void read_rows(Section& table, T& to, const Grid* grid, bool given = true);
+template <class Rows, class T> void read_rows(Section& table, T& to, const Grid* grid);
 
 // Reads a table that stands in a list.
 template <class T> T item_in(const toml::node& node, const std::string& parameter) {
@@ -23,49 +23,55 @@ template <class T> T item_in(const toml::node& node, const std::string& paramete
     return item;
 }
 
+// Reads what stands behind a key, or in a list behind it. grid: as for read_rows().
+template <class T> T value_in(const toml::node& node, const std::string& name, const char* unit, const Grid* grid) {
+    if constexpr (std::is_same_v<T, bool>) return boolean_in(node, name);
+    else if constexpr (std::is_enum_v<T>) return choice_in<T>(node, name);
+    else if constexpr (std::is_same_v<T, Cell>) return cell_in(node, name, *grid);
+    else if constexpr (std::is_same_v<T, int>)
+        return grid && unit == std::string_view("cells") ? cells_in(node, name, *grid, nearest_cells)
+                                                         : whole_number_in(node, name);
+    else if constexpr (std::is_same_v<T, double>) return number_in(node, name, unit);
+    else if constexpr (requires { typename T::value_type; }) {
+        using Item = typename T::value_type;
+        constexpr bool any = std::is_same_v<T, std::vector<Item>>; // otherwise two
+        const toml::array* list = node.as_array();
+        if (!any && (!list || list->size() != 2)) refuse(name, node, "two numbers, as [0.5, 1]");
+        std::vector<Item> items = list_in<Item>(node, name, [=](const toml::node& item, const std::string& of) {
+            return value_in<Item>(item, of, unit, grid);
+        });
+        if constexpr (any) return items;
+        else return {items[0], items[1]};
+    } else return item_in<T>(node, name);
+}
+
 template <class Value>
 void read_value(Section& table, const char* key, const char* unit, Value& value, const Grid* grid) {
     using T = typename Held<Value>::type;
-    const auto number = [unit](const toml::node& node, const std::string& name) { return number_in(node, name, unit); };
-    if constexpr (std::is_same_v<T, bool>) table.boolean(key, value);
-    else if constexpr (std::is_enum_v<T>) table.choice(key, value);
-    else if constexpr (std::is_same_v<Value, std::optional<Cell>>) table.cell(key, *grid, value);
-    else if constexpr (std::is_same_v<Value, std::vector<Cell>>) table.cells(key, *grid, value);
-    else if constexpr (std::is_same_v<T, int>) table.whole_number(key, value);
-    else if constexpr (std::is_arithmetic_v<T>) table.number(key, value, unit);
-    else if constexpr (std::is_same_v<T, std::vector<double>>) table.list(key, value, number);
-    else if constexpr (std::is_same_v<T, std::array<double, 2>>) {
-        std::vector<double> pair(value.begin(), value.end());
-        table.list(key, pair, number);
-        if (pair.size() != 2) refuse(table.parameter(key), std::to_string(pair.size()) + " numbers", "two, [ , ]");
-        value = {pair[0], pair[1]};
-    } else if constexpr (std::is_same_v<T, std::vector<Quantity>>) table.list(key, value, choice_in<Quantity>);
-    else if constexpr (requires { value.push_back({}); }) table.list(key, value, item_in<typename T::value_type>);
+    if constexpr (!std::is_class_v<T> || std::is_same_v<T, Cell> || requires { typename T::value_type; })
+        table.value(key, value, [=](auto& node, const auto& name) { return value_in<T>(node, name, unit, grid); });
     else {
-        const bool given = table.has(key);
         Section inner = table.section(key);
         T own{};
         if constexpr (!Held<Value>::optional) own = value;
-        read_rows<T>(inner, own, grid, given);
+        read_rows<T>(inner, own, grid);
         inner.finish();
-        if (given) value = own;
+        if (inner.given()) value = own;
     }
 }
 
 // Reads the keys that have a member, and refuses those that are not allowed beside the others. grid: lengths have a
-// unit where it has a spacing, and cells may be lengths; null: they have a unit. given: whether the file has the table,
-// so that a key which a row calls required must be there.
-template <class Rows, class T> void read_rows(Section& table, T& to, const Grid* grid, bool given) {
+// unit where it has a spacing, and cells may be lengths; null: they have a unit. A key that a row calls required must
+// be there, if the file has the table.
+template <class Rows, class T> void read_rows(Section& table, T& to, const Grid* grid) {
     each_row<Rows>([&]<class Member>(const Key<Member>& key) {
         if constexpr (!std::is_same_v<Member, Special>) {
             auto& value = to.*key.member;
             const bool length = key.unit == std::string_view("m");
             table.permit(key.name, !length || !grid || grid->spacing || !table.has_texts(key.name),
                          "a number of cells: the grid has no spacing");
-            if constexpr (std::is_same_v<decltype(value), std::optional<int>&>)
-                if (key.unit == std::string_view("cells")) return table.cells(key.name, *grid, value);
             read_value(table, key.name, key.unit, value, grid);
-            if (given && key.by_default == std::string_view("required") && !table.has(key.name))
+            if (table.given() && key.by_default == std::string_view("required") && !table.has(key.name))
                 refuse(table.parameter(key.name), "(not given)",
                        *key.range.words ? key.range.words : std::string("a value: ") + key.says);
         }

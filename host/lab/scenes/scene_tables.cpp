@@ -39,7 +39,7 @@ void take_map(const FileMap& file, std::optional<double> spacing, const Grid& gr
 }
 
 void read_surface(Section table, const Grid& grid, const PathBase& folder, Surface& surface) {
-    table.choice("kind", surface.kind);
+    table.value("kind", surface.kind, choice_in<Surface::Kind>);
     const bool map = surface.kind == Surface::Kind::map;
     if (map || surface.kind == Surface::Kind::flat) // without the ridges of a preset
         surface = {.kind = surface.kind, .relief = surface.relief};
@@ -81,7 +81,8 @@ KelvinVoigt element_in(const toml::node& node, const std::string& parameter, con
 }
 
 void read_material(Section table, const Grid& grid, const PathBase& folder, Material& material) {
-    table.permit("relaxation_file", false, "none; dermis fit FILE prints the table [material] of the curve, to stand here");
+    table.permit("relaxation_file", false,
+                 "none; dermis fit FILE prints the table [material] of the curve, to stand here");
     if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation")) {
         material.elements.clear(); // a preset's
         material.spring.reset();
@@ -95,8 +96,8 @@ void read_material(Section table, const Grid& grid, const PathBase& folder, Mate
     });
     table.permit("elements", !material.elements.empty(),
                  "1 to 8, with material.spring and material.dashpot beside them");
-    const bool relaxes = table.has("relaxation");
     Section relaxation = table.section("relaxation");
+    const bool relaxes = relaxation.given();
     Relaxation measured;
     read_rows<Relaxation>(relaxation, measured, &grid);
     relaxation.finish();
@@ -109,16 +110,15 @@ void read_material(Section table, const Grid& grid, const PathBase& folder, Mate
     table.finish();
 }
 
-void read_texture(Section& table, bool given, const Grid& grid, const PathBase& folder,
-                  std::optional<Texture>& texture) {
+void read_texture(Section table, const Grid& grid, const PathBase& folder, std::optional<Texture>& texture) {
     Texture t;
     const auto path = table.text("path");
-    if (given && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
+    if (table.given() && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
     const FileMap file = map_in(table, path ? folder.file(*path) : "", nullptr, folder);
     t.map = file.values, t.width = file.width, t.height = file.height;
     read_rows<Texture>(table, t, &grid);
     table.finish();
-    if (given) texture = t;
+    if (table.given()) texture = t;
 }
 
 // Reads what 1 in a recording is: a unit, or a number with its unit, of pressure, force or depth.
@@ -139,45 +139,34 @@ void read_offset(Section& table, Taxels& t) {
     if (!t.first_at_rest) refuse(table.parameter("offset"), "\"" + text + "\"", "a number, or \"first\"");
 }
 
-void read_taxels(Section table, bool given, const Grid& grid, Load& load) {
+void read_taxels(Section table, const Grid& grid, Load& load) {
     Taxels t;
-    read_rows<Taxels>(table, t, &grid, given);
+    read_rows<Taxels>(table, t, &grid);
     read_unit(table, grid, load, t);
     read_offset(table, t);
     std::optional<double> rate;
     table.number("sampling_rate", rate);
     table.permit("sampling_rate", !load.interval, "not beside load.interval");
     table.finish();
-    if (!given) return;
+    if (!table.given()) return;
     if (rate && !(*rate > 0 && finite(1 / *rate)))
         refuse(table.parameter("sampling_rate"), shortest(*rate), "a finite number > 0");
     if (rate) load.interval = 1 / *rate;
     load.taxels = t;
 }
 
-// Reads the intensity, whose unit is that of a depth where the load gives one.
-void read_intensity(Section& table, Load& load) {
-    if (load.control != Load::Control::depth || !table.has_text("intensity"))
-        return table.number("intensity", load.intensity);
-    const std::string text = *table.text("intensity");
-    const std::optional<double> depth = number_in_unit("m", text);
-    if (!depth) refuse(table.parameter("intensity"), "\"" + text + "\"", allowed_in_unit("m"));
-    load.intensity = *depth;
-}
-
 void read_load(Section table, const Grid& grid, const PathBase& folder, Load& load) {
-    table.choice("kind", load.kind);
+    table.value("kind", load.kind, choice_in<Load::Kind>);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
     load.map = map_in(table, map ? load.path : "", &grid, folder).values;
     read_rows<Load>(table, load, &grid);
     read_rows<Envelope>(table, load.envelope, &grid);
-    read_intensity(table, load);
-    const bool recorded = table.has("taxels");
-    read_taxels(table.section("taxels"), recorded, grid, load);
-    const bool slides = table.has("texture");
-    Section texture = table.section("texture");
-    read_texture(texture, slides, grid, folder, load.texture);
+    table.value("intensity", load.intensity, [&](auto& node, const auto& name) {
+        return number_in(node, name, load.control == Load::Control::depth ? "m" : "Pa");
+    });
+    read_taxels(table.section("taxels"), grid, load);
+    read_texture(table.section("texture"), grid, folder, load.texture);
     table.finish();
 }
 
@@ -201,22 +190,15 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     read_rows<Density>(densities, density, &grid);
     densities.finish();
     int seed = 1;
-    table.whole_number("seed", seed);
+    table.value("seed", seed, whole_number_in);
     table.finish();
     return by_density ? population(grid, density, static_cast<unsigned long long>(seed)) : listed;
 }
 
-std::array<double, 2> pair_in(const toml::node& node, const std::string& parameter) {
-    const toml::array* pair = node.as_array();
-    if (!pair || pair->size() != 2) refuse(parameter, node, "a pair, [for positive values, for negative values]");
-    return {number_in((*pair)[0], parameter, ""), number_in((*pair)[1], parameter, "")};
-}
-
 // Replaces the first entries by those of a list, and the others by `rest`.
-template <class T, size_t n, class ReadItem>
-void read_up_to(Section& table, const char* key, std::array<T, n>& values, const T& rest, ReadItem&& read_item) {
+template <class T, size_t n> void read_up_to(Section& table, const char* key, std::array<T, n>& values, T rest) {
     std::vector<T> given;
-    table.list(key, given, read_item);
+    read_value(table, key, "", given, nullptr);
     if (given.size() > n)
         refuse(table.parameter(key), std::to_string(given.size()) + " items", "at most " + std::to_string(n));
     if (!table.has(key)) return;
@@ -235,8 +217,8 @@ Afferents afferents_in(Section table, const Grid& grid, bool drawn) {
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
     read_rows<AfferentModel>(table, m, &grid);
-    read_up_to(table, "gains", m.gains, {0, 0}, pair_in);
-    read_up_to(table, "after", m.after, AfterCurrent(), item_in<AfterCurrent>);
+    read_up_to(table, "gains", m.gains, {0, 0});
+    read_up_to(table, "after", m.after, AfterCurrent());
     table.finish();
     bool given = false;
     each_row<AfferentModel>([&](const auto& key) { given |= table.has(key.name); });

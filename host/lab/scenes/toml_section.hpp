@@ -78,10 +78,23 @@ inline Cell cell_in(const toml::node& node, const std::string& parameter, const 
     return {cells_in((*xy)[0], parameter, grid, cell_at), cells_in((*xy)[1], parameter, grid, cell_at)};
 }
 
+inline bool boolean_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_boolean()) refuse(parameter, node, "true or false");
+    return **node.as_boolean();
+}
+
 template <class Enum> Enum choice_in(const toml::node& node, const std::string& parameter) {
     const std::optional<Enum> value = node.is_string() ? value_of<Enum>(**node.as_string()) : std::nullopt;
     if (!value) refuse(parameter, node, quoted_names<Enum>() + suggestion(node.value_or(std::string()), names<Enum>()));
     return *value;
+}
+
+template <class T, class ReadItem>
+std::vector<T> list_in(const toml::node& node, const std::string& parameter, ReadItem&& read_item) {
+    if (!node.is_array()) refuse(parameter, node, "a list in [ ]");
+    std::vector<T> values;
+    for (const toml::node& item : *node.as_array()) values.push_back(read_item(item, parameter));
+    return values;
 }
 
 // Reads the keys of one table. A key that the table lacks leaves the value as it is. finish(), called after all known
@@ -93,6 +106,7 @@ class Section {
 
     // Returns the dotted name of a key, as in "load.radius".
     std::string parameter(const char* key) const { return prefix_ + key; }
+    bool given() const { return table_; } // whether the file has this table
     bool has(const char* key) const { return table_ && table_->contains(key); }
     bool has_text(const char* key) const { return has(key) && table_->get(key)->is_string(); }
     // Whether it is a text, or a list with one.
@@ -105,30 +119,13 @@ class Section {
         if (has(key) && !permitted) refuse(parameter(key), *table_->get(key), allowed);
     }
 
-    // unit: in which a number stands; null: the one that the list of keys has.
-    template <class Number> void number(const char* key, Number& value, const char* unit = nullptr) {
-        const toml::node* node = find(key);
-        if (node) value = number_in(*node, parameter(key), unit ? unit : unit_of_key(parameter(key)));
+    // Reads the key, where the table has it, as read(node, parameter(key)).
+    template <class Value, class Read> void value(const char* key, Value& value, Read&& read) {
+        if (const toml::node* node = find(key)) value = read(*node, parameter(key));
     }
-    template <class Number> void whole_number(const char* key, Number& value) {
-        if (const toml::node* node = find(key)) value = whole_number_in(*node, parameter(key));
-    }
-    void boolean(const char* key, bool& value) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        if (!node->is_boolean()) refuse(parameter(key), *node, "true or false");
-        value = **node->as_boolean();
-    }
-    void cell(const char* key, const Grid& grid, std::optional<Cell>& value) {
-        if (const toml::node* node = find(key)) value = cell_in(*node, parameter(key), grid);
-    }
-    // The cells whose middles lie at [x, y].
-    void cells(const char* key, const Grid& grid, std::vector<Cell>& values) {
-        list(key, values, [&](const toml::node& node, const std::string& name) { return cell_in(node, name, grid); });
-    }
-    // How many cells a length has.
-    void cells(const char* key, const Grid& grid, std::optional<int>& value) {
-        if (const toml::node* node = find(key)) value = cells_in(*node, parameter(key), grid, nearest_cells);
+    // In the unit that the list of keys has.
+    template <class Number> void number(const char* key, Number& to) {
+        value(key, to, [](auto& node, const auto& name) { return number_in(node, name, unit_of_key(name)); });
     }
     std::optional<std::string> text(const char* key) {
         const toml::node* node = find(key);
@@ -136,20 +133,9 @@ class Section {
         if (!node->is_string()) refuse(parameter(key), *node, "a text in quotes");
         return **node->as_string();
     }
-    template <class Enum> void choice(const char* key, Enum& value) {
-        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
-    }
-    template <class Enum> void choice(const char* key, std::optional<Enum>& value) {
-        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
-    }
-
     // Replaces the values by read_item(item, parameter(key)) for every item of a list.
     template <class T, class ReadItem> void list(const char* key, std::vector<T>& values, ReadItem&& read_item) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        if (!node->is_array()) refuse(parameter(key), *node, "a list in [ ]");
-        values.clear();
-        for (const toml::node& item : *node->as_array()) values.push_back(read_item(item, parameter(key)));
+        value(key, values, [&](auto& node, const auto& name) { return list_in<T>(node, name, read_item); });
     }
     // The tables of a list, as key[0], or the one that stands in its place.
     std::vector<Section> sections(const char* key) {
