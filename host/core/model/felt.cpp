@@ -5,35 +5,43 @@
 
 namespace dermis::plan {
 
+static double spring_behind(std::span<const Element> chain) {
+    return chain.size() > 1 && scene::is_elastic(chain.back()) ? chain.back().modulus : 0;
+}
+
 Felt::Felt(const StreamedSkin& s)
     : width_(s.skin.width()), height_(s.skin.height()), stencil_(s.skin.stencil), edges_(s.skin.edges),
       cells_(s.skin.cells()), chain_(s.skin.chain), compensated_(s.variant().compensated), layout_(state_layout_of(s)),
-      bend_(float(s.skin.constants.bend)), thickness_(float(s.skin.constants.thickness)) {
+      bend_(float(s.skin.constants.bend)), thickness_(float(s.skin.constants.thickness)),
+      cells_differ_(chain_.spring && !s.skin.uniform()) {
     const PreparedSkin& skin = s.skin;
     if (!skin.description.sites.empty()) {
         const SiteCells cells(skin, {skin.whole()}, cells_of(skin.description.sites));
         read_ = cells.cells;
         for (const Site& site : skin.description.sites) sites_.emplace_back(skin, cells, site.cell);
     }
-    for (size_t i = 0; chain_.spring && !skin.uniform() && i < layout_.cells; ++i)
+    for (int pad = 0; !cells_differ_ && pad < s.pads; ++pad) springs_.push_back(spring_behind(elements_of(s, pad)));
+    for (size_t i = 0; cells_differ_ && i < layout_.cells; ++i)
         springs_.push_back(skin.materials[skin.material_at(read_.empty() ? i : read_[i]) + chain_.elements()].modulus);
 }
 
-std::vector<float> Felt::strain(const float* planes, const float* pressure,
-                                const std::vector<Element>& elements) const {
+std::vector<float> Felt::strain(int pad, const float* planes, const float* pressure) const {
     std::vector<float> strain(layout_.cells);
-    const double spring = elements.empty() ? 0 : elements.back().modulus;
     for (size_t i = 0; i < strain.size(); ++i)
-        strain[i] = strain_at(i, planes + i, layout_.cells, pressure[read_.empty() ? i : read_[i]], spring);
+        strain[i] = strain_at(pad, i, planes + i, layout_.cells, pressure[read_.empty() ? i : read_[i]]);
     return strain;
 }
 
-float Felt::strain_at(size_t i, const float* first, size_t plane, float pressure, double spring) const {
+void Felt::set_elements(const PadList& pads, const std::vector<Element>& elements) {
+    for (size_t i = 0; !cells_differ_ && i < pads.count; ++i) springs_[size_t(pads[i])] = spring_behind(elements);
+}
+
+float Felt::strain_at(int pad, size_t i, const float* first, size_t plane, float pressure) const {
     float strain = *first;
     for (size_t e = 1; e < chain_.elements(); ++e)
         strain = f32::in_series(strain, first[size_t(STATE_SUM(int(e), int(compensated_), 0)) * plane]);
     if (!chain_.spring) return strain;
-    const float modulus = float(springs_.empty() ? spring : springs_[i]);
+    const float modulus = float(springs_[cells_differ_ ? i : size_t(pad)]);
     return f32::in_series(strain, f32::flush(pressure / modulus));
 }
 
@@ -56,10 +64,6 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
         else if (q == Quantity::indentation) out[i] = f32::flush(thickness_ * eps);
         else out[i] = f32::flush(sites_[i].curvature(held.data(), stencil_, bend_));
     }
-}
-
-double spring_behind(const std::vector<Element>& chain) {
-    return chain.size() > 1 && scene::is_elastic(chain.back()) ? chain.back().modulus : 0;
 }
 
 void stretch_of(const StretchWeights& w, const ShearMaps& m, float* out) {

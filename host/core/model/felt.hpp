@@ -14,12 +14,13 @@ class Felt {
 
     // The numbers that a pad gives: its cells, or its sites in the order given.
     size_t count() const { return sites_.empty() ? cells_ : sites_.size(); }
-    // The strain of each cell that a state holds. planes, pressure: of a pad's state (StateLayout). elements: the pad's
-    // elements in series, where all cells have the same.
-    std::vector<float> strain(const float* planes, const float* pressure, const std::vector<Element>& elements) const;
+    // The strain of each cell that a state holds. planes, pressure: of a pad's state (StateLayout).
+    std::vector<float> strain(int pad, const float* planes, const float* pressure) const;
     // The strain of cell i of the state. first: its number in the first plane, and `plane` numbers behind it in the
-    // next. spring: the modulus of the pad's spring in series, where all cells have the same.
-    float strain_at(size_t i, const float* first, size_t plane, float pressure, double spring) const;
+    // next.
+    float strain_at(int pad, size_t i, const float* first, size_t plane, float pressure) const;
+    // Gives pads other elements in series, all of them the same.
+    void set_elements(const PadList&, const std::vector<Element>&);
     // Writes strain, indentation or curvature. rest_curvature: width*height of fields.
     void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
 
@@ -32,11 +33,9 @@ class Felt {
     const float bend_, thickness_;
     std::vector<size_t> read_;          // cells that sites read; empty: all
     std::vector<SitePlace<f32>> sites_; // in the order given
-    std::vector<double> springs_;       // in series in the cells that a state holds, where they differ
+    std::vector<double> springs_;       // in series, Pa: of pads, 0 if there is none; or of the cells of a state
+    bool cells_differ_;                 // the latter
 };
-
-// Returns the modulus of a spring in series behind other elements; 0: there is none.
-double spring_behind(const std::vector<Element>& chain);
 
 // The shear strains of a pad's cells along both axes.
 struct ShearMaps {

@@ -33,6 +33,12 @@ struct PadList {
     int operator[](size_t i) const { return ids ? ids[i] : int(i); }
 };
 
+// The elements in series of a pad, whose cells all have the same.
+inline std::span<const Element> elements_of(const StreamedSkin& s, int pad) {
+    if (s.elements_of_pad.empty()) return s.skin.materials;
+    return std::span(s.elements_of_pad).subspan(size_t(pad) * s.skin.chain.length, s.skin.chain.length);
+}
+
 // The length of a step between frames, s.
 struct FrameStep {
     double dt;
@@ -122,12 +128,7 @@ struct StateLayout {
 template <class Byte> struct StateMemory {
     Byte *strains, *pressure;
     size_t strains_step = 0, pressure_step = 0;
-    Byte* steps = nullptr;  // the last step of each pad, a double; null: not under parabolic hold
-    Byte* fibres = nullptr; // the states of each pad's nerve fibres, pad by pad; null: there are none
-    Byte* shear = nullptr;  // the states of the pads' shear along x, pad by pad, then along y; null: there is none
-    operator StateMemory<const Byte>() const {
-        return {strains, pressure, strains_step, pressure_step, steps, fibres, shear};
-    }
+    operator StateMemory<const Byte>() const { return {strains, pressure, strains_step, pressure_step}; }
     Byte* strains_of(size_t i) const { return strains + i * strains_step; }
     Byte* pressure_of(size_t i) const { return pressure + i * pressure_step; }
 };

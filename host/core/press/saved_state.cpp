@@ -58,7 +58,7 @@ void need_finite(const char* floats, size_t bytes) {
 
 } // namespace
 
-SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres, size_t shear) {
+SavedState::SavedState(const plan::StreamedSkin& skin, const Stage& steps, const Stage& fibres, const Stage& shear) {
     const plan::StateLayout layout = state_layout_of(skin);
     const plan::StateShape state = skin.variant().state();
     shape_ = {.width = uint32_t(skin.skin.width()),
@@ -70,18 +70,15 @@ SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres, size_t she
               .integral = state.integral,
               .rate = state.rate,
               .sites = hash_of(skin.skin.description.sites)};
-    of_pad_[steps_part] = skin.hold == Hold::parabolic ? sizeof(double) : 0;
+    of_pad_[steps_part] = steps.state_bytes();
     of_pad_[strains_part] = layout.cells * layout.planes * sizeof(float);
     of_pad_[pressure_part] = layout.pressure * sizeof(float);
-    of_pad_[fibres_part] = fibres;
-    of_pad_[shear_part] = shear;
+    of_pad_[fibres_part] = fibres.state_bytes();
+    of_pad_[shear_part] = shear.state_bytes();
 }
 
-template <class Byte> plan::StateMemory<Byte> SavedState::memory_of(Byte* const (&parts)[part_count]) const {
-    return {.strains = parts[strains_part],
-            .pressure = parts[pressure_part],
-            .strains_step = of_pad_[strains_part],
-            .pressure_step = of_pad_[pressure_part],
+template <class Byte> StateParts<Byte> SavedState::all_of(Byte* const (&parts)[part_count]) const {
+    return {.cells = {parts[strains_part], parts[pressure_part], of_pad_[strains_part], of_pad_[pressure_part]},
             .steps = parts[steps_part],
             .fibres = parts[fibres_part],
             .shear = parts[shear_part]};
@@ -98,7 +95,7 @@ size_t SavedState::bytes(size_t pads) const {
     return all;
 }
 
-plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads) const {
+StateParts<char> SavedState::write(void* state, size_t given, size_t pads) const {
     if (!state || given != bytes(pads)) refuse_bytes(state, given, bytes(pads));
     Header header{.magic = {}, .version = version, .pads = uint32_t(pads)};
     std::memcpy(header.magic, magic, sizeof header.magic);
@@ -115,7 +112,7 @@ plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads
         to = parts[part] + head.bytes;
     }
     std::memcpy(parts[shape_part], &shape_, sizeof shape_);
-    return memory_of(parts);
+    return all_of(parts);
 }
 
 // Throws Error::bad_input naming the first thing in which the shape of a saved state differs from the skin's.
@@ -169,7 +166,7 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
     return at == end;
 }
 
-plan::StateMemory<const char> SavedState::read(const void* state, size_t given, size_t pads) const {
+StateParts<const char> SavedState::read(const void* state, size_t given, size_t pads) const {
     const char* const from = static_cast<const char*>(state);
     if (!state || given < sizeof(Header)) refuse_bytes(state, given, bytes(pads));
     const auto header = copied<Header>(from);
@@ -188,10 +185,7 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
         need_same("shear", false, has(shear_part));
         if (given != before + numbers) refuse_bytes(state, given, before + numbers);
         need_finite(from + before, numbers);
-        return {.strains = from + before,
-                .pressure = from + before + strains,
-                .strains_step = strains + pressure,
-                .pressure_step = strains + pressure};
+        return {.cells = {from + before, from + before + strains, strains + pressure, strains + pressure}};
     }
     const char* parts[part_count]{};
     if (!find_parts(from + sizeof header, given - sizeof header, pads, parts)) refuse_bytes(state, given, bytes(pads));
@@ -200,7 +194,7 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
             scene::refuse("state", "(a step of " + std::to_string(step) + " s)", "finite numbers >= 0");
     for (const Part part : {strains_part, pressure_part, fibres_part, shear_part})
         if (has(part)) need_finite(parts[part], bytes_of(part, pads));
-    return memory_of(parts);
+    return all_of(parts);
 }
 
 } // namespace dermis

@@ -83,11 +83,6 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     stream_->reserve_states();
     answers_ = backend.threads() == 0; // a device keeps presses back that need not answer
     felt_.emplace(own);
-    springs_.resize(pads_);
-    for (int pad = 0; pad < options.count; ++pad) {
-        const Material& m = options.materials.empty() ? skin.skin.description.material : options.materials[size_t(pad)];
-        take_spring({.ids = &pad, .count = 1}, sheared(scene::chain_of(m)));
-    }
     both_.reserve(2 * pads_);
     steps_.resize(2 * pads_);
     before_.resize(2 * pads_);
@@ -125,22 +120,16 @@ plan::StepLengths Shear::both(const plan::PadList& pads, const plan::StepLengths
     return {.dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
 }
 
-const double* Shear::prepare(const plan::PadList& pads, const plan::StepLengths& dt) {
-    if (!any()) return nullptr;
-    const double* refused = stream_->prepare(both(pads), both(pads, dt));
-    return refused && dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
+void Shear::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t) {
+    if (any()) need_step(stream_->prepare(both(pads), both(pads, dt)));
 }
 
-void Shear::press(const plan::PadList& pads, const plan::StepLengths& dt) {
+void Shear::press(const plan::PadList& pads, const plan::StepLengths& dt, size_t, bool) {
     if (!any()) return;
     is_read_ = false;
     // Strains are read from the states: nothing is to be answered, which takes a third of the time.
     stream_->press(both(pads), both(pads, dt), answers_);
     if (!sa2_.empty()) step_sa2(pads, dt);
-}
-
-void Shear::take_spring(const plan::PadList& pads, const std::vector<plan::Element>& chain) {
-    for (size_t i = 0; i < pads.count; ++i) springs_[size_t(pads[i])] = plan::spring_behind(chain);
 }
 
 void Shear::make_room_to_read() {
@@ -160,8 +149,8 @@ const float* Shear::strain() {
                                          .pressure_step = cells * sizeof(float)});
     for (size_t p = 0; p < 2 * pads_; ++p)
         for (size_t i = 0; i < cells; ++i)
-            strains_[p * cells + i] = felt_->strain_at(i, planes_.data() + p * of_state + i, layout_.cells,
-                                                       pressures_[p * cells + i], springs_[p % pads_]);
+            strains_[p * cells + i] = felt_->strain_at(int(p), i, planes_.data() + p * of_state + i, layout_.cells,
+                                                       pressures_[p * cells + i]);
     is_read_ = true;
     return strains_.data();
 }
@@ -176,13 +165,19 @@ plan::ShearMaps Shear::maps(size_t pad) {
             .slope = slope_};
 }
 
-void Shear::read_stretch(Quantity q, std::vector<float>& out) {
+std::optional<Skin::Response> Shear::response(Quantity q) {
+    const size_t all = pads_ * width_ * height_;
+    if (q == Quantity::sa2 && !sa2_.empty()) return Skin::Response{sa2_.data(), all};
+    if (!any() || q < Quantity::shear_x) return {};
+    if (q <= Quantity::shear_y) return Skin::Response{strain() + (q == Quantity::shear_y ? all : 0), all};
     const DefaultFloats guard;
+    std::vector<float>& out = told_[size_t(q) - size_t(Quantity::stretch_x)];
     const plan::StretchWeights weights{.x = float(q == Quantity::stretch_x),
                                        .y = float(q == Quantity::stretch_y),
                                        .xy = float(q == Quantity::stretch_xy)};
-    out.resize(pads_ * width_ * height_);
+    out.resize(all);
     for (size_t pad = 0; pad < pads_; ++pad) plan::stretch_of(weights, maps(pad), out.data() + pad * width_ * height_);
+    return Skin::Response{out.data(), all};
 }
 
 // Steps y' = stretch - y/adaptation, with the stretch along a line over the step.
@@ -212,11 +207,11 @@ void Shear::reset(const plan::PadList& pads) {
             std::fill_n(map->begin() + long(size_t(pads[i]) * width_ * height_), width_ * height_, 0.0f);
 }
 
-void Shear::set_elements(const plan::PadList& pads, std::vector<plan::Element> elements) {
+void Shear::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
     if (!any()) return;
-    elements = sheared(std::move(elements));
-    stream_->set_elements(both(pads), elements);
-    take_spring(pads, elements);
+    const std::vector<plan::Element> own = sheared(elements);
+    stream_->set_elements(both(pads), own);
+    felt_->set_elements(both(pads), own);
     is_read_ = false;
 }
 

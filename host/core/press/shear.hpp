@@ -4,8 +4,7 @@
 // first pads are the skin's pads along x, the others are the skin's pads along y.
 #pragma once
 
-#include "host/core/model/felt.hpp"
-#include "host/core/model/stream.hpp"
+#include "host/core/press/pressed_cells.hpp"
 
 namespace dermis {
 
@@ -13,7 +12,7 @@ namespace dermis {
 // Throws Error::bad_input where SA2 cannot answer to it.
 SkinOptions without_stretch(SkinOptions);
 
-class Shear {
+class Shear : public Stage {
   public:
     // Throws Error::bad_input where SkinOptions::shear is asked of a skin that has none.
     Shear(const plan::StreamedSkin&, const SkinOptions&, plan::Backend&);
@@ -21,32 +20,27 @@ class Shear {
     bool any() const { return stream_ != nullptr; }
     // Copies the next tractions of pads, along x and then along y, as Stream::take() copies pressures.
     bool take(const plan::PadList&, const float* tractions, bool by_number = false);
-    bool rests(int pad) const { return !any() || (stream_->rests(pad) && stream_->rests(int(pads_) + pad)); }
-    // Makes the coefficients of steps, as Stream::prepare() does.
-    const double* prepare(const plan::PadList&, const plan::StepLengths&);
-    // Steps pads to the tractions that take() has copied, as Stream::press() steps them to pressures.
-    void press(const plan::PadList&, const plan::StepLengths&);
-    // The shear strain along x of all pads, then along y, read from their states; the same memory.
-    const float* strain();
-    // Writes stretch_x, stretch_y or stretch_xy of all pads.
-    void read_stretch(Quantity, std::vector<float>& out);
-    // SA2 of all pads after each pad's last press, where it answers to the stretch; else null.
-    const float* sa2() const { return sa2_.empty() ? nullptr : sa2_.data(); }
+    bool rests(int pad) const override { return !any() || (stream_->rests(pad) && stream_->rests(int(pads_) + pad)); }
+    void prepare(const plan::PadList&, const plan::StepLengths&, size_t presses) override;
+    void press(const plan::PadList&, const plan::StepLengths&, size_t frame, bool last) override;
+    // shear_x, shear_y, stretch_x, stretch_y or stretch_xy of all pads, read from their states, or SA2 after each pad's
+    // last press, if it answers to the stretch; the same memory. Nothing for another quantity.
+    std::optional<Skin::Response> response(Quantity);
 
-    void reset(const plan::PadList&);
-    // Gives pads other elements in series. elements: as the pressure strains them, not as the shear does.
-    void set_elements(const plan::PadList&, std::vector<plan::Element>);
+    void reset(const plan::PadList&) override;
+    // elements: as the pressure strains them, not as the shear does.
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
     // The bytes of a pad's state: of the shear along both axes, and of SA2 with its stretch. In memory the shear of all
     // pads comes first, then SA2 and the stretch of each pad.
-    size_t state_bytes() const { return any() ? 2 * state_of_axis() + state_of_sa2() : 0; }
-    void save(const plan::PadList&, char* states);
-    void load(const plan::PadList&, const char* states);
+    size_t state_bytes() const override { return any() ? 2 * state_of_axis() + state_of_sa2() : 0; }
+    void save(const plan::PadList&, char* states) override;
+    void load(const plan::PadList&, const char* states) override;
 
   private:
     plan::PadList both(const plan::PadList&);
     plan::StepLengths both(const plan::PadList&, const plan::StepLengths&);
     void make_room_to_read();
-    void take_spring(const plan::PadList&, const std::vector<plan::Element>&);
+    const float* strain(); // along x of all pads, then along y
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
     size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
     template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const;
@@ -61,7 +55,6 @@ class Shear {
     std::unique_ptr<plan::Stream> stream_; // null: no shear
     bool answers_ = true;                  // whether a press computes responses: without, a device would delay it
     std::optional<plan::Felt> felt_;
-    std::vector<double> springs_;                     // the modulus of each pad's spring in series, Pa; 0: none
     bool is_read_ = false;                            // whether `strains_` belongs to the last press
     std::vector<float> strains_, planes_, pressures_; // of all pads, once they are asked for
     std::vector<int> both_;                           // a list of pads along x, then along y
@@ -69,6 +62,7 @@ class Shear {
     plan::StretchWeights sa2_weights_{};
     double adaptation_ = 0;                     // s, of SA2; 0: none
     std::vector<float> sa2_, stretch_, newest_; // of all pads, where SA2 answers to the stretch; of one pad
+    std::array<std::vector<float>, 3> told_;    // the stretch's components, of all pads, once they are asked for
 };
 
 } // namespace dermis

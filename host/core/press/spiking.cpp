@@ -31,13 +31,13 @@ std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
 
 } // namespace
 
-Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s), planes_(state_layout_of(s).planes) {
+Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend, PressedCells& pressed)
+    : pressed_(pressed), planes_(state_layout_of(s).planes) {
     if (s.afferents.empty()) return;
     std::ranges::transform(s.afferents, std::back_inserter(kinds_), plan::kind_of);
     fibres_ = backend.fibres(kinds_, size_t(s.pads));
     const std::vector<Site>& sites = s.skin.description.sites;
-    std::vector<size_t> held;
-    if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
+    const std::vector<size_t>& held = pressed.read();
     std::set<size_t> felt;
     for (const Afferents& a : s.afferents)
         for (const Cell& c : a.cells) felt.insert(s.skin.number_of(c));
@@ -55,44 +55,37 @@ Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s)
                     uint32_t(std::ranges::lower_bound(cells_, s.skin.number_of(a.cells[i]), {}, &plan::HeldCell::cell) -
                              cells_.begin()));
         }
-    springs_.resize(size_t(s.pads));
     moduli_.resize(size_t(s.pads));
     read_.resize(size_t(s.pads) * cells_.size() * (planes_ + 1));
     state_.resize(fibres_->state_size());
-    if (!s.skin.uniform()) return;
-    if (s.elements_of_pad.empty()) set_elements({.count = size_t(s.pads)}, s.skin.materials);
-    for (int pad = 0; !s.elements_of_pad.empty() && pad < s.pads; ++pad) {
-        const auto first = s.elements_of_pad.begin() + std::ptrdiff_t(size_t(pad) * s.skin.chain.length);
-        set_elements({.ids = &pad, .count = 1}, {first, first + std::ptrdiff_t(s.skin.chain.length)});
-    }
+    for (int pad = 0; s.skin.uniform() && pad < s.pads; ++pad)
+        moduli_[size_t(pad)] = scene::modulus_at_rest(plan::elements_of(s, pad));
 }
 
 void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
-    if (!any()) return;
-    for (size_t i = 0; i < pads.count; ++i) {
-        springs_[size_t(pads[i])] = plan::spring_behind(elements);
-        moduli_[size_t(pads[i])] = scene::modulus_at_rest(elements);
-    }
+    for (size_t i = 0; any() && i < pads.count; ++i) moduli_[size_t(pads[i])] = scene::modulus_at_rest(elements);
 }
 
-bool Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses, const double** refused) {
-    *refused = nullptr;
-    if (!any()) return false;
+void Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses) {
+    if (!any()) return;
     double longest = 0;
     size_t work = 0;
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i) {
-        if (!fibres_->prepare(dt[i])) return *refused = &dt[i], false;
+        if (!fibres_->prepare(dt[i]))
+            scene::refuse("dt", shortest(dt[i]),
+                          "at most 65536 refractory times or shortest time constants of the nerve fibres, and "
+                          "coefficients of their steps below 3.4e38");
         longest = std::max(longest, dt[i]);
         work += fibres_->work_of_pad() * (dt.each ? 1 : pads.count);
     }
     spikes_.reserve(fibres_->most_spikes(longest, presses));
-    return work > plan::FibrePopulation<f32>::work_of_block;
+    in_blocks_ = work > plan::FibrePopulation<f32>::work_of_block;
 }
 
 // The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
-void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
+void Spiking::read_inputs(const plan::PadList& pads) {
     const size_t n = cells_.size();
-    stream.read(pads, cells_, read_.data());
+    pressed_.stream().read(pads, cells_, read_.data());
     const float* planes = read_.data();
     for (size_t p = 0; p < pads.count; ++p, planes += n * (planes_ + 1)) {
         const size_t pad = size_t(pads[p]);
@@ -101,19 +94,20 @@ void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
         for (const Source& s : sources_) {
             float* to = fibres_->inputs(pad, s.kind, s.ending);
             for (const uint32_t i : s.cells) {
-                const float q = s.stress ? pressure[i] / modulus
-                                         : felt_.strain_at(cells_[i].held, planes + i, n, pressure[i], springs_[pad]);
+                const float q = s.stress
+                                    ? pressure[i] / modulus
+                                    : pressed_.felt().strain_at(pads[p], cells_[i].held, planes + i, n, pressure[i]);
                 *to++ = std::clamp(q, -float(greatest_input), float(greatest_input));
             }
         }
     }
 }
 
-void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, plan::Stream& stream, size_t frame) {
+void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool) {
     if (!any()) return;
     if (frame == 0) spikes_.clear();
     fibres_->forget_spikes();
-    read_inputs(pads, stream);
+    read_inputs(pads);
     for (size_t i = 0, n; i < pads.count; i += n) { // neighbours with the same step at once
         for (n = 1; i + n < pads.count && pads[i + n] == pads[i] + int(n) && dt[i + n] == dt[i];) ++n;
         (void)fibres_->prepare(dt[i]); // true: it was asked before, and has made room
@@ -127,9 +121,11 @@ void Spiking::reset(const plan::PadList& pads) {
     for (size_t i = 0; any() && i < pads.count; ++i) fibres_->reset(size_t(pads[i]));
 }
 
-void Spiking::save(int pad, char* state) const {
-    fibres_->save(size_t(pad), state_.data());
-    std::copy_n(reinterpret_cast<const char*>(state_.data()), state_bytes(), state);
+void Spiking::save(const plan::PadList& pads, char* states) {
+    for (size_t i = 0; i < pads.count; ++i, states += state_bytes()) {
+        fibres_->save(size_t(pads[i]), state_.data());
+        std::memcpy(states, state_.data(), state_bytes());
+    }
 }
 
 void Spiking::need_possible(const char* states, size_t pads) const {
@@ -151,9 +147,11 @@ void Spiking::need_possible(const char* states, size_t pads) const {
                 }
 }
 
-void Spiking::load(int pad, const char* state) {
-    std::copy_n(state, state_bytes(), reinterpret_cast<char*>(state_.data()));
-    fibres_->load(size_t(pad), state_.data());
+void Spiking::load(const plan::PadList& pads, const char* states) {
+    for (size_t i = 0; i < pads.count; ++i, states += state_bytes()) {
+        std::memcpy(state_.data(), states, state_bytes());
+        fibres_->load(size_t(pads[i]), state_.data());
+    }
 }
 
 } // namespace dermis

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/press/pressed_cells.hpp"
+
+#include "host/core/base/refusal.hpp"
+
+#include <cstring>
+
+namespace dermis {
+
+void need_step(const double* refused) {
+    if (refused)
+        scene::refuse("dt", shortest(*refused), "seconds over which the coefficients of a step stay below 3.4e38");
+}
+
+PressedCells::PressedCells(const plan::StreamedSkin& s, plan::Backend& backend)
+    : pads_(size_t(s.pads)), cells_(s.skin.cells()), wanted_(s.wanted), layout_(state_layout_of(s)),
+      counts_(plan::response_counts(s)), felt_(s), stream_(backend.stream(s)) {
+    const std::vector<Site>& sites = s.skin.description.sites;
+    if (!sites.empty()) read_ = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
+}
+
+void PressedCells::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+    stream_->set_elements(pads, elements);
+    felt_.set_elements(pads, elements);
+}
+
+void PressedCells::save(const plan::PadList& pads, const plan::StateMemory<char>& to) {
+    stream_->save(pads, to);
+    for (size_t i = 0; !read_.empty() && i < pads.count; ++i) {
+        char* const pressure = to.pressure_of(i);
+        size_t next = 0;
+        const auto clear_until = [&](size_t cell) {
+            std::memset(pressure + next * sizeof(float), 0, (cell - next) * sizeof(float));
+            next = cell + 1;
+        };
+        for (const size_t cell : read_) clear_until(cell);
+        clear_until(cells_);
+    }
+}
+
+std::vector<float> PressedCells::strain_of(int pad) {
+    std::vector<float> strains(layout_.cells * layout_.planes), pressure(layout_.pressure);
+    stream_->save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(strains.data()),
+                                              .pressure = reinterpret_cast<char*>(pressure.data())});
+    return felt_.strain(pad, strains.data(), pressure.data());
+}
+
+const std::vector<float>& PressedCells::told(Quantity q, const float* rest_curvature) {
+    std::vector<float>& all = told_[q == Quantity::strain ? 0 : q == Quantity::indentation ? 1 : 2];
+    all.resize(pads_ * felt_.count());
+    for (size_t pad = 0; pad < pads_; ++pad)
+        felt_.read(q, strain_of(int(pad)), rest_curvature, all.data() + pad * felt_.count());
+    return all;
+}
+
+std::optional<Skin::Response> PressedCells::response(Quantity q) {
+    if (!scene::is_receptor_class(q) || !wanted_[size_t(q)]) return {};
+    const float* data = stream_->response(q); // throws if the device is lost
+    return Skin::Response{data, pads_ * counts_[size_t(q) - QUANTITY_SA1]};
+}
+
+LastSteps::LastSteps(const plan::StreamedSkin& skin) : bent_(skin.hold == Hold::parabolic), steps_(size_t(skin.pads)) {}
+
+void LastSteps::reset(const plan::PadList& pads) {
+    for (size_t i = 0; i < pads.count; ++i) steps_[size_t(pads[i])] = 0;
+}
+
+void LastSteps::save(const plan::PadList& pads, char* to) {
+    for (size_t i = 0; i < pads.count; ++i)
+        std::memcpy(to + i * sizeof(double), &steps_[size_t(pads[i])], sizeof(double));
+}
+
+void LastSteps::load(const plan::PadList& pads, const char* from) {
+    for (size_t i = 0; i < pads.count; ++i)
+        std::memcpy(&steps_[size_t(pads[i])], from + i * sizeof(double), sizeof(double));
+}
+
+} // namespace dermis

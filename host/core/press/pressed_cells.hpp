@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The stage that strains the cells of pads by their pressures: the backend's stream, and what is read from its states.
+#pragma once
+
+#include "host/core/model/felt.hpp"
+#include "host/core/model/stream.hpp"
+#include "host/core/press/stage.hpp"
+
+namespace dermis {
+
+// Throws Error::bad_input for a step whose coefficients do not fit a float; null: there is none.
+void need_step(const double* refused);
+
+class PressedCells : public Stage {
+  public:
+    PressedCells(const plan::StreamedSkin&, plan::Backend&);
+
+    plan::Stream& stream() { return *stream_; }
+    size_t count() const { return cells_; }                   // of a pad
+    bool fields() const { return read_.empty(); }             // without sites
+    const std::vector<size_t>& read() const { return read_; } // the cells that sites read; empty without sites
+    plan::Felt& felt() { return felt_; }
+
+    void prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t) override {
+        need_step(stream_->prepare(pads, dt));
+    }
+    void press(const plan::PadList& pads, const plan::StepLengths& dt, size_t, bool last) override {
+        stream_->press(pads, dt, last);
+    }
+    bool rests(int pad) const override { return stream_->rests(pad); }
+    void reset(const plan::PadList& pads) override { stream_->reset(pads); }
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
+    size_t state_bytes() const override { return strain_bytes() + pressure_bytes(); }
+    // Pressures of cells that no site reads become 0, so that equal skins have equal states, whatever pressed them.
+    void save(const plan::PadList&, const plan::StateMemory<char>&);
+    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) { stream_->load(pads, from); }
+    void save(const plan::PadList& pads, char* to) override { save(pads, memory(to)); }
+    void load(const plan::PadList& pads, const char* from) override { load(pads, memory(from)); }
+
+    // The strain of each cell that a pad's state holds.
+    std::vector<float> strain_of(int pad);
+    // Strain, indentation or curvature of all pads; the same memory until the next call. rest_curvature: of each cell
+    // of fields.
+    const std::vector<float>& told(Quantity, const float* rest_curvature);
+    // A response of the last press: count() numbers of all pads; nothing if the skin has it not.
+    std::optional<Skin::Response> response(Quantity);
+
+  private:
+    size_t strain_bytes() const { return layout_.cells * layout_.planes * sizeof(float); }
+    size_t pressure_bytes() const { return layout_.pressure * sizeof(float); }
+    template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const {
+        return {states, states + strain_bytes(), state_bytes(), state_bytes()};
+    }
+
+    const size_t pads_, cells_;
+    const plan::Wanted wanted_;
+    const plan::StateLayout layout_;
+    const std::array<size_t, RESPONSE_MAPS> counts_; // of each response, in a pad
+    std::vector<size_t> read_;
+    plan::Felt felt_;
+    std::unique_ptr<plan::Stream> stream_;
+    std::array<std::vector<float>, 3> told_; // strain, indentation and curvature, once they are asked for
+};
+
+} // namespace dermis
