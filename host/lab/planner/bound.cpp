@@ -256,10 +256,13 @@ class Analysis {
     // Takes curvature and deformation under a strain.
     void take_shape(double strain, double d_strain, double bent, double d_C) {
         const double indented = skin_.constants.thickness * strain;
-        take(Quantity::curvature, rest_ + bent, d_C + terms() * u_ * (rest_ + bent) + kind_.stored);
+        const double most = kind_.single ? 3e38 : 1e308; // near which a sum overflows
+        take(Quantity::curvature, rest_ + bent,
+             rest_ + bent < most ? d_C + terms() * u_ * (rest_ + bent) + kind_.stored : INFINITY);
         take(Quantity::deformation, surface_ + indented,
-             skin_.constants.thickness * d_strain + double(1 + products_.size()) * u_ * (surface_ + indented) +
-                 kind_.stored);
+             surface_ + indented < most ? skin_.constants.thickness * d_strain +
+                                              double(1 + products_.size()) * u_ * (surface_ + indented) + kind_.stored
+                                        : INFINITY);
     }
 
     const plan::Step& step() const { return products_.front()->run.step(); }
@@ -316,12 +319,17 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     const bool products = (!schedule.modes.empty() && !schedule.framed) || !schedule.others.empty();
     const bool gained = products && skin.constants.gain_plus != 0;
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
-    bool row = false;
+    const Written written(schedule, {.everything = true, .quantity = 0});
+    plan::Step now; // as the timeline gave it
+    const auto is_written = [&](Quantity q) {
+        return written.at(now, q) || (q == Quantity::strain && written.at(now, Quantity::deformation));
+    };
     const auto sink = [&](const plan::Step& step, const plan::Sample& sample) {
         if (step.trace < 0) return; // an impulse
         for (size_t i = 0; i < sample.points.size(); ++i) {
             const size_t q = i / points.size(), point = i % points.size();
-            if (classes[point] == reduced::every_quantity || (row && classes[point] == int(q))) // a site has a class
+            if (classes[point] == reduced::every_quantity ? is_written(Quantity(q))
+                                                          : now.trace >= 0 && classes[point] == int(q)) // of a site
                 take(q, point, std::abs(sample.points[i]) / (q == QUANTITY_FA2 ? gain : 1));
         }
     };
@@ -340,10 +348,10 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         const bool reads = step.field >= 0 || step.trace == telling || step.trace + 1 == schedule.outputs;
-        row = step.trace >= 0;
+        now = step;
         if (step.field >= 0) step.trace = std::max(step.trace, 0LL); // a sample too
         stepper->press(step);
-        if (telling < 0 || !reads) continue;
+        if (telling < 0 || !reads || !is_written(Quantity::curvature)) continue;
         stepper->read({Quantity::curvature}, maps); // products have it in no point
         take(size_t(Quantity::curvature), 0, largest_of(maps[0]));
     }

@@ -79,10 +79,12 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     std::vector<Cell> points;
     for (const Site& site : skin.description.sites)
         if (int(site.type) == read.quantity) points.push_back(site.cell);
+    plan::PressedCells around = pressed_cells(schedule);
+    around.spread = true; // another product may press a point that this one does not
     if (read.everything)
         for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
     else
-        for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
+        for (size_t i : plan::SiteCells(skin, around, points).cells) take(i, &PressedMaterial::around);
     for (const Cell& c : points) take(skin.number_of(c), &PressedMaterial::peak);
     for (size_t i = 0; i < all.size(); ++i) { // elements in series bear the same pressure
         const PressedMaterial& first = all[i - i % length];
