@@ -206,7 +206,7 @@ int bench_scene(const std::string& path, int pads, const std::string& device) {
     return 0;
 }
 
-bool bench_errors(const std::string& path, const std::string& out, const std::string& device) {
+int bench_errors(const std::string& path, const std::string& out, const std::string& device) {
     const Scene scene = Scene::from_file(path);
     const Device cpu = Device::cpu(), other = Device::open(device);
     std::vector<Way> ways;
@@ -219,7 +219,7 @@ bool bench_errors(const std::string& path, const std::string& out, const std::st
     std::fflush(stdout);
     if (output::draw(plot_script, folder.path(), {"errors"}).empty())
         fmt::print("{}\n", (folder.path() / "errors.png").string());
-    return std::ranges::none_of(ways, &Way::broken);
+    return std::ranges::any_of(ways, &Way::broken);
 }
 
 } // namespace dermis::cli

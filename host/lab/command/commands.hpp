@@ -63,8 +63,8 @@ RunsDone run_all(const output::Folder&, const Plan&, const Device&, const RunOpt
 int bench_scene(const std::string& path, int pads, const std::string& device);
 // dermis bench --errors: runs the scene by every candidate of its plan, and by every other method at its step, a half
 // and a quarter of it. Writes errors.csv and errors.png into a folder. device: of the candidates on Vulkan, beside the
-// CPU's; "cpu": none. Returns whether no error is above its bound.
-bool bench_errors(const std::string& scene, const std::string& out, const std::string& device);
+// CPU's; "cpu": none. Returns 1 if an error is above its bound.
+int bench_errors(const std::string& scene, const std::string& out, const std::string& device);
 
 struct FitArguments {
     std::vector<std::string> data;

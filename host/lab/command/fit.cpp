@@ -13,7 +13,7 @@ namespace {
 
 // Returns what fit.py reads.
 std::string request(const FitArguments& a, const scene::Curves& curves) {
-    output::Json list;
+    output::Json list = output::Json::array();
     for (const scene::Curve& curve : curves.list) list.push_back({curve.times, curve.strains, curve.values});
     return output::text_of({{"title", fmt::format("{}", fmt::join(a.data, " "))},
                             {"kind", curves.kind},

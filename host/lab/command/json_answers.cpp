@@ -1,67 +1,54 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/command/commands.hpp"
 
-#include "host/lab/scenes/scene_names.hpp"
-
 #include <fmt/format.h>
 
-namespace dermis::cli {
+namespace dermis {
 
 using output::Json;
-using output::text_or_null;
 
-static Json json_of(const Candidate& c) {
-    return {{"model", name(c.model)},
-            {"precision", name(c.precision)},
-            {"device", c.device},
-            {"steps", c.steps},
-            {"dispatches", c.dispatches},
-            {"flops", c.flops},
-            {"bytes_moved", c.traffic},
-            {"bytes", c.bytes},
-            {"seconds", c.seconds},
-            {"error", c.error},
-            {"refused", text_or_null(c.refused)},
-            {"elements", c.reduced}};
+// Makes texts that are empty null.
+static void empty_as_null(Json& json, std::initializer_list<const char*> keys) {
+    for (const char* key : keys)
+        if (json[key] == "") json[key] = Json();
 }
 
-Json json_of(const Scene& scene, const std::vector<std::string>& overrides, const Explanation& e) {
-    Json candidates;
-    for (const Candidate& c : e.candidates) candidates.push_back(json_of(c));
-    return {{"set", overrides},
-            {"width", scene.grid.width},
-            {"height", scene.grid.height},
-            {"method", name(scene.method)},
-            {"tolerance", e.tolerance},
-            {"binding", e.binding},
-            {"stencil_estimate", e.stencil_estimate},
-            {"greatest_curvature", e.greatest_curvature},
-            {"retardation_times", e.retardation_times},
-            {"strain_between_frames", e.strain_between_frames},
-            {"fa1_between_frames", e.fa1_between_frames},
-            {"chosen", e.chosen},
-            {"candidates", candidates}};
+static void to_json(Json& json, const Candidate& c) {
+    DERMIS_KEYS(json, c, model, precision, device, steps, dispatches, flops);
+    json["bytes_moved"] = c.traffic;
+    DERMIS_KEYS(json, c, bytes, seconds, error, refused);
+    json["elements"] = c.reduced;
+    empty_as_null(json, {"refused"});
 }
 
-Json json_of(const DeviceInfo& d) {
-    return {{"name", d.name},
-            {"kind", d.kind},
-            {"driver", text_or_null(d.driver)},
-            {"uuid", text_or_null(d.uuid)},
-            {"vulkan", d.vulkan},
-            {"refused", text_or_null(d.refused)}};
+Json cli::json_of(const Scene& scene, const std::vector<std::string>& overrides, const Explanation& e) {
+    Json json = {{"set", overrides}};
+    DERMIS_KEYS(json, scene.grid, width, height);
+    DERMIS_KEYS(json, scene, method);
+    DERMIS_KEYS(json, e, tolerance, binding, stencil_estimate, greatest_curvature, retardation_times,
+                strain_between_frames, fa1_between_frames, chosen, candidates);
+    return json;
 }
 
-Json json_of(const DeviceInfo& d, const std::vector<SelfTest::Kernel>& kernels) {
-    Json json = {{"name", d.name}, {"driver", text_or_null(d.driver)}, {"uuid", text_or_null(d.uuid)}, {"exact", true}};
+Json cli::json_of(const DeviceInfo& d) {
+    Json json;
+    DERMIS_KEYS(json, d, name, kind, driver, uuid, vulkan, refused);
+    empty_as_null(json, {"driver", "uuid", "refused"});
+    return json;
+}
+
+Json cli::json_of(const DeviceInfo& d, const std::vector<SelfTest::Kernel>& kernels) {
+    Json json;
+    DERMIS_KEYS(json, d, name, driver, uuid);
+    empty_as_null(json, {"driver", "uuid"});
+    json["exact"] = std::ranges::none_of(kernels, &SelfTest::Kernel::different);
+    json["kernels"] = Json::array();
     for (const SelfTest::Kernel& k : kernels) {
-        json["kernels"].push_back({{"name", k.name},
-                                   {"hash", fmt::format("{:016x}", k.hash)},
-                                   {"values", k.values},
-                                   {"different", k.different}});
-        if (k.different) json["exact"] = false;
+        Json& kernel = json["kernels"].emplace_back();
+        DERMIS_KEYS(kernel, k, name, hash, values, different);
+        kernel["hash"] = fmt::format("{:016x}", k.hash);
     }
     return json;
 }
 
-} // namespace dermis::cli
+} // namespace dermis

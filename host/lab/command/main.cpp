@@ -77,11 +77,7 @@ std::string engineering(double x) {
 }
 
 RunOptions options_of(const Arguments& a) {
-    RunOptions options;
-    options.precision = scene::value_of<Precision>(a.precision);
-    options.check = a.check;
-    options.describe_each = true;
-    return options;
+    return {.precision = scene::value_of<Precision>(a.precision), .check = a.check, .describe_each = true};
 }
 
 Device device_of(const Arguments& a) { return a.device == "auto" ? open_when_marching() : Device::open(a.device); }
@@ -107,9 +103,7 @@ void print_reduced(const char* indent, const Scene& scene, const std::vector<Kel
 }
 
 // Prints every candidate with its cost and error, and why it is taken or not.
-void explain_run(const Arguments& a, const std::vector<std::string>& overrides, const Device& device) {
-    const Scene scene = Scene::from_file(a.scene, overrides);
-    const Explanation e = explain(scene, device, options_of(a));
+void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
     fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
                scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
                e.binding ? "" : " (default: of what is chosen freely)");
@@ -146,19 +140,18 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
 int explain_scene(const Arguments& a) {
     const auto runs = combinations(settings_of(a.overrides));
     const Device device = device_of(a);
-    if (a.json) {
-        output::Json plans;
-        for (const auto& overrides : runs) {
-            const Scene scene = Scene::from_file(a.scene, overrides);
-            plans.push_back(json_of(scene, overrides, explain(scene, device, options_of(a))));
-        }
-        print(plans);
-        return 0;
-    }
+    output::Json plans = output::Json::array();
     for (const auto& overrides : runs) {
+        const Scene scene = Scene::from_file(a.scene, overrides);
+        const Explanation e = explain(scene, device, options_of(a));
+        if (a.json) {
+            plans.push_back(json_of(scene, overrides, e));
+            continue;
+        }
         if (runs.size() > 1) fmt::print("{}\n", fmt::join(overrides, " "));
-        explain_run(a, overrides, device);
+        print_plan(a, scene, e);
     }
+    if (a.json) print(plans);
     return 0;
 }
 
@@ -225,7 +218,7 @@ int run_scene(const Arguments& a) {
     };
     const RunsDone done = run_all(folder, plan, device, options, a.resume, say);
     if (a.json) {
-        output::Json summaries;
+        output::Json summaries = output::Json::array();
         for (size_t i = 0; i < plan.runs.size(); ++i) summaries.push_back(output::summary_of(plan.folder(out, i)));
         print(summaries);
         return done.right ? 0 : 1;
@@ -246,7 +239,7 @@ int plot_folder(const std::string& folder) {
             fmt::format("{}: has neither summary.json nor runs.csv of dermis; allowed: the folder of a run or a sweep",
                         folder));
     const output::Folder locked(in);
-    output::Json units; // of keys
+    output::Json units = output::Json::object(); // of keys
     for (const std::string& key : scene::known_keys()) units[key] = scene::unit_of_key(key);
     const std::string why_not = output::draw(plot_script, in, {"run", output::text_of(units)});
     if (!why_not.empty()) throw Error(Error::Code::io, "", "no pictures: " + why_not);
@@ -377,66 +370,58 @@ void print_keys(const std::string& asked) {
                         ": no such table or key; allowed: all, or the beginning of a key, as load.radius");
 }
 
-struct Commands {
-    CLI::App *run, *plot, *plan, *bench, *fit, *devices, *check;
-};
-
-Commands add_commands(CLI::App& app, Arguments& a) {
-    const Commands all{
-        .run = app.add_subcommand("run", "Run a scene file"),
-        .plot = app.add_subcommand("plot", "Draw a run or a sweep: pictures, and report.html with all of them"),
-        .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
-        .bench = app.add_subcommand("bench", "Say how long a press of a scene's skin takes on this machine"),
-        .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
-        .devices = app.add_subcommand("devices", "List devices"),
-        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path")};
-    add_scene(*all.run, a);
-    all.run->add_option("--out", a.out, "Folder for the results")->required();
-    add_backend(*all.run, a);
-    all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
-    all.run->add_flag("--resume", a.resume,
-                      "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
-    all.run->add_flag("--verbose", a.verbose, "Also print model, device and time, tau and z, and the skin's curvature");
-    add_json(*all.run, a, "Print the summary.json of each run, and nothing else");
-    add_overrides(*all.run, a);
-    all.run
-        ->add_option_function<std::string>(
-            "--keys",
-            [](const std::string& asked) {
-                print_keys(asked);
-                throw CLI::Success();
-            },
-            "Print the keys of a scene file that begin so, as load or load.radius, or all; each with unit and range")
+// Each subcommand sets the status when it has been parsed.
+void add_commands(CLI::App& app, Arguments& a, int& status) {
+    const auto add = [&](const char* name, const char* what, auto&& execute) {
+        CLI::App* const command = app.add_subcommand(name, what);
+        command->callback([&status, execute] { status = execute(); });
+        return command;
+    };
+    CLI::App* const run = add("run", "Run a scene file", [&] { return run_scene(a); });
+    add_scene(*run, a);
+    run->add_option("--out", a.out, "Folder for the results")->required();
+    add_backend(*run, a);
+    run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
+    run->add_flag("--resume", a.resume,
+                  "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
+    run->add_flag("--verbose", a.verbose, "Also print model, device and time, tau and z, and the skin's curvature");
+    add_json(*run, a, "Print the summary.json of each run, and nothing else");
+    add_overrides(*run, a);
+    run->add_option_function<std::string>(
+           "--keys",
+           [](const std::string& asked) {
+               print_keys(asked);
+               throw CLI::Success();
+           },
+           "Print the keys of a scene file that begin so, as load or load.radius, or all; each with unit and range")
         ->type_name("KEY")
         ->trigger_on_parse();
-    all.plot->add_option("folder", a.folder, "The --out of a run")->required();
-    add_scene(*all.plan, a);
-    add_backend(*all.plan, a);
-    add_overrides(*all.plan, a);
-    add_json(*all.plan, a, "Print the plans as JSON");
-    add_scene(*all.bench, a);
-    all.bench->add_option("--count", a.pads, "Pads, skins alike, that are pressed together")->capture_default_str();
-    add_device(*all.bench, a.device)->capture_default_str();
-    CLI::Option* const errors = all.bench->add_flag(
+    add("plot", "Draw a run or a sweep: pictures, and report.html with all of them",
+        [&] { return plot_folder(a.folder); })
+        ->add_option("folder", a.folder, "The --out of a run")
+        ->required();
+    CLI::App* const plan =
+        add("plan", "Say how a scene would be run, why, and why not otherwise", [&] { return explain_scene(a); });
+    add_scene(*plan, a);
+    add_backend(*plan, a);
+    add_overrides(*plan, a);
+    add_json(*plan, a, "Print the plans as JSON");
+    CLI::App* const bench = add("bench", "Say how long a press of a scene's skin takes on this machine", [&] {
+        return a.errors ? bench_errors(a.scene, a.out, a.device) : bench_scene(a.scene, a.pads, a.device);
+    });
+    add_scene(*bench, a);
+    bench->add_option("--count", a.pads, "Pads, skins alike, that are pressed together")->capture_default_str();
+    add_device(*bench, a.device)->capture_default_str();
+    CLI::Option* const errors = bench->add_flag(
         "--errors", a.errors, "Run the scene by every candidate of its plan and every other method: time and error");
     errors->needs(
-        all.bench->add_option("--out", a.out, "Folder for errors.csv and its chart, with --errors")->needs(errors));
-    add_fit(*all.fit, a.fit);
-    add_json(*all.devices, a, "Print the devices as JSON");
-    add_device(*all.check, a.checked_device);
-    add_json(*all.check, a, "Print the hashes as JSON");
-    return all;
-}
-
-int execute(const Commands& commands, const Arguments& a) {
-    if (*commands.run) return run_scene(a);
-    if (*commands.plot) return plot_folder(a.folder);
-    if (*commands.plan) return explain_scene(a);
-    if (*commands.bench && a.errors) return bench_errors(a.scene, a.out, a.device) ? 0 : 1;
-    if (*commands.bench) return bench_scene(a.scene, a.pads, a.device);
-    if (*commands.fit) return fit_data(a.fit);
-    if (*commands.devices) return list_devices(a.json);
-    return check_devices(a.checked_device, a.json);
+        bench->add_option("--out", a.out, "Folder for errors.csv and its chart, with --errors")->needs(errors));
+    add_fit(*add("fit", "Fit a material to measured creep or relaxation", [&] { return fit_data(a.fit); }), a.fit);
+    add_json(*add("devices", "List devices", [&] { return list_devices(a.json); }), a, "Print the devices as JSON");
+    CLI::App* const check = add("check", "Compare every kernel's bits on every device with the CPU path",
+                                [&] { return check_devices(a.checked_device, a.json); });
+    add_device(*check, a.checked_device);
+    add_json(*check, a, "Print the hashes as JSON");
 }
 
 // Refuses what is no subcommand, and names the nearest one.
@@ -475,7 +460,8 @@ int command(const std::vector<std::string>& given) {
     app.require_subcommand(1);
     app.set_version_flag("--version", fmt::format("dermis {} (commit {})", version(), commit()));
     Arguments arguments;
-    const Commands commands = add_commands(app, arguments);
+    int status = 0;
+    add_commands(app, arguments, status);
     need_subcommand(app, given);
     need_options(given[0].rfind('-', 0) == 0 ? app : *app.get_subcommand(given[0]), given);
     std::vector<std::string> words = with_each_set(given);
@@ -486,7 +472,7 @@ int command(const std::vector<std::string>& given) {
         if (e.get_exit_code() == 0) return app.exit(e); // --help and --version
         throw Error(Error::Code::bad_input, "", e.what());
     }
-    return execute(commands, arguments);
+    return status;
 }
 
 // Throws unless all that was printed has been written.
@@ -506,13 +492,12 @@ int main(int argc, char** argv) {
         const int status = cli::command({argv + std::min(argc, 1), argv + argc});
         cli::flush_output();
         return status;
-    } catch (const Error& e) {
-        std::fprintf(stderr, "dermis: %s\n", e.what());
-        return e.code() == Error::Code::bad_input ? 2 : 1;
     } catch (const std::bad_alloc&) {
         std::fputs(cli::out_of_memory, stderr);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "dermis: %s\n", e.what());
+        const auto* const error = dynamic_cast<const Error*>(&e);
+        if (error && error->code() == Error::Code::bad_input) return 2;
     }
     return 1;
 }

@@ -106,18 +106,14 @@ std::vector<Setting> settings_of(const std::vector<std::string>& overrides) {
 }
 
 std::vector<std::vector<std::string>> combinations(const std::vector<Setting>& settings) {
-    std::vector<std::vector<std::string>> all = {{}};
-    for (const Setting& s : settings) {
-        if (all.size() * s.values.size() > most_runs)
+    size_t runs = 1;
+    for (const Setting& s : settings)
+        if ((runs *= s.values.size()) > most_runs)
             refuse(s.key + "=..", fmt::format("at most {} runs in all combinations", most_runs));
-        std::vector<std::vector<std::string>> longer;
-        for (const auto& before : all)
-            for (const std::string& value : s.values) {
-                longer.push_back(before);
-                longer.back().push_back(s.key + "=" + value);
-            }
-        all = std::move(longer);
-    }
+    std::vector<std::vector<std::string>> all(runs);
+    for (size_t run = 0, each = runs; run < runs; ++run, each = runs)
+        for (const Setting& s : settings)
+            all[run].push_back(s.key + "=" + s.values[run / (each /= s.values.size()) % s.values.size()]);
     return all;
 }
 

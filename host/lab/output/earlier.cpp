@@ -8,9 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <map>
-#include <optional>
-#include <sys/stat.h>
 
 #include <fmt/format.h>
 
@@ -43,27 +40,6 @@ std::ifstream opened(const fs::path& path) {
     return in;
 }
 
-// Returns the entries of a folder. Throws std::bad_alloc where there is no memory to open it.
-fs::directory_iterator entries_of(const fs::path& folder) {
-    std::error_code error;
-    fs::directory_iterator entries(folder, error);
-    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
-    if (error)
-        throw Error(Error::Code::io, "", fmt::format("{}: cannot be read ({})", folder.string(), error.message()));
-    return entries;
-}
-
-std::vector<fs::path> files_of_run(const fs::path& folder, const std::vector<std::string>& kept) {
-    std::vector<fs::path> stale;
-    if (!begins_with(folder / "summary.json", made_by_dermis)) return stale;
-    for (const fs::directory_entry& entry : entries_of(folder)) {
-        const std::string name = entry.path().filename().string();
-        if (is_ours(name) && !entry.is_directory() && std::find(kept.begin(), kept.end(), name) == kept.end())
-            stale.push_back(entry.path());
-    }
-    return stale;
-}
-
 // Returns the number of lines of an earlier sweep's runs.csv, the first of which has the columns; 0 where there is
 // none.
 size_t lines_of_sweep(const fs::path& folder) {
@@ -74,29 +50,18 @@ size_t lines_of_sweep(const fs::path& folder) {
     return lines;
 }
 
-// Tells a file from all others, whatever its path is.
-using Identity = std::pair<dev_t, ino_t>;
-
-std::optional<Identity> identity(const fs::path& path) {
-    struct stat s;
-    if (::stat(path.c_str(), &s) != 0) return {};
-    return Identity{s.st_dev, s.st_ino};
-}
-
-// Finds the path of an input.
-using Inputs = std::map<Identity, std::string>;
-
 // Refuses the first of the files that is an input.
-void need_none(const Inputs& inputs, const std::vector<fs::path>& files) {
+void need_none(const std::vector<std::string>& inputs, const std::vector<fs::path>& files) {
+    std::error_code none;
     for (const fs::path& file : files) {
-        const std::optional<Identity> here = identity(file);
-        const auto input = here ? inputs.find(*here) : inputs.end();
+        if (!fs::exists(file, none)) continue;
+        const auto input = std::ranges::find_if(inputs, [&](auto& path) { return fs::equivalent(path, file, none); });
         if (input == inputs.end()) continue;
         throw Error(
             Error::Code::bad_input, "",
             fmt::format("{}: the scene reads this file{}, and a run would remove or replace it; allowed: another "
                         "--out, or inputs that lie elsewhere",
-                        file.string(), input->second == file ? "" : " as " + input->second));
+                        file.string(), *input == file ? "" : " as " + *input));
     }
 }
 
@@ -155,13 +120,10 @@ bool begins_with(const Path& path, const std::string& start) {
 }
 
 void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std::string>& written,
-                      const std::vector<std::string>& paths) {
-    Inputs inputs;
-    for (const std::string& path : paths)
-        if (const auto here = identity(path)) inputs.emplace(*here, path);
+                      const std::vector<std::string>& inputs) {
     const size_t lines = lines_of_sweep(folder);
     const auto check = [&](const fs::path& of_run, const std::vector<std::string>& names) {
-        std::vector<fs::path> files = files_of_run(of_run, {});
+        std::vector<fs::path> files = earlier_run(of_run).files;
         for (const std::string& name : names) files.push_back(of_run / name);
         need_none(inputs, files);
     };
@@ -171,24 +133,28 @@ void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std
         check(folder / std::to_string(run), run <= runs ? written : std::vector<std::string>());
 }
 
-bool is_owned(const fs::path& folder) {
-    if (begins_with(folder / "summary.json", made_by_dermis)) return true;
-    for (const fs::directory_entry& entry : entries_of(folder))
-        if (is_ours(entry.path().filename().string())) return false;
-    return true;
-}
-
-std::vector<fs::path> earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
-    std::vector<fs::path> stale = files_of_run(folder, kept);
+EarlierRun earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
+    EarlierRun run;
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) return run;
+    const bool shown = begins_with(folder / "summary.json", made_by_dermis);
+    fs::directory_iterator entries(folder, error);
+    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
+    if (error)
+        throw Error(Error::Code::io, "", fmt::format("{}: cannot be read ({})", folder.string(), error.message()));
+    for (const fs::directory_entry& entry : entries) {
+        const std::string name = entry.path().filename().string();
+        if (!is_ours(name)) continue;
+        run.owned = shown;
+        if (shown && !entry.is_directory() && !std::ranges::count(kept, name)) run.files.push_back(entry.path());
+    }
     // summary.json goes last: until then a run that was stopped here can be finished by the next.
-    std::ranges::sort(stale, [](const fs::path& a, const fs::path& b) {
-        return (a.filename() == "summary.json") < (b.filename() == "summary.json");
-    });
-    return stale;
+    std::ranges::sort(run.files, {}, [](const fs::path& file) { return file.filename() == "summary.json"; });
+    return run;
 }
 
 void remove_earlier_run(const fs::path& folder) {
-    for (const fs::path& path : earlier_run(folder, {})) remove_file(path);
+    for (const fs::path& path : earlier_run(folder).files) remove_file(path);
 }
 
 void remove_earlier_sweep(const fs::path& folder, size_t first) {

@@ -17,19 +17,18 @@ inline const std::string runs_columns = "run,model,precision,";            // be
 // Returns whether a path is a regular file that begins with `start`.
 bool begins_with(const std::filesystem::path&, const std::string& start);
 
-// Throws Error::bad_input where one of `paths`, the files that the scenes read, is a file that would be removed or
+// Throws Error::bad_input where one of `inputs`, which the scenes read, is a file that would be removed or
 // replaced. runs: 0 for a run into `folder`, else a sweep's runs 1 .. runs below it. written: names of the files that
 // such a run writes.
 void need_inputs_kept(const std::filesystem::path& folder, size_t runs, const std::vector<std::string>& written,
-                      const std::vector<std::string>& paths);
+                      const std::vector<std::string>& inputs);
 
-// Returns whether dermis wrote all files that have names of a run's files: summary.json shows it, or there are none.
-bool is_owned(const std::filesystem::path& folder);
-
-// Returns a run's files, except the ones in `kept`, in the order in which they may be removed; its summary.json shows
-// that dermis wrote them.
-std::vector<std::filesystem::path> earlier_run(const std::filesystem::path& folder,
-                                               const std::vector<std::string>& kept);
+struct EarlierRun {
+    std::vector<std::filesystem::path> files; // in the order in which they may be removed
+    bool owned = true; // dermis wrote all files that have names of a run's: summary.json shows it, or there are none
+};
+// Returns a run's files, except the ones in `kept`; none unless summary.json shows that dermis wrote them.
+EarlierRun earlier_run(const std::filesystem::path& folder, const std::vector<std::string>& kept = {});
 void remove_file(const std::filesystem::path&);
 void remove_earlier_run(const std::filesystem::path& folder);
 

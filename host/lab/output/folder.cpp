@@ -48,6 +48,16 @@ extern "C" void dermis_on_signal(int signal) {
 
 constexpr std::string_view before_number = ".dermis-", after_number = ".part";
 
+// Returns whether all of it could be written.
+bool write(int file, const std::string& content) {
+    for (size_t done = 0; done < content.size();) {
+        const ssize_t n = ::write(file, content.data() + done, content.size() - done);
+        if (n < 0 && errno != EINTR) return false;
+        if (n > 0) done += size_t(n);
+    }
+    return true;
+}
+
 bool is_part(const std::string& name) {
     const size_t at = name.rfind(before_number);
     if (at == name.npos || !name.ends_with(after_number)) return false;
@@ -152,14 +162,8 @@ void Folder::remove_parts() const {
 
 PartFile::PartFile(const Path& path, const std::string& content) : path_(path) {
     const int file = created();
-    try {
-        write(file, content);
-    } catch (...) {
-        ::close(file);
-        throw;
-    }
-    const bool synced = ::fsync(file) == 0 || errno == EINVAL; // EINVAL: the file cannot be synced
-    if (::close(file) != 0 || !synced) failed(path_, "written");
+    const bool written = write(file, content) && (::fsync(file) == 0 || errno == EINVAL); // which cannot be synced
+    if (::close(file) != 0 || !written) failed(path_, "written");
 }
 
 // If a name is taken, by a file that a process of the same number left or by another file of this one, the next
@@ -174,15 +178,6 @@ int PartFile::created() {
             return file;
         }
         if (errno != EEXIST) failed(path_, "created");
-    }
-}
-
-void PartFile::write(int file, const std::string& content) const {
-    for (size_t done = 0; done < content.size();) {
-        const ssize_t n = ::write(file, content.data() + done, content.size() - done);
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) failed(path_, "written");
-        done += size_t(n);
     }
 }
 

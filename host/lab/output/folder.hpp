@@ -75,7 +75,6 @@ class PartFile {
 
   private:
     int created();
-    void write(int file, const std::string& content) const;
 
     Path path_;
     std::optional<Leftover> leftover_;

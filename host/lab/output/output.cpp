@@ -63,68 +63,34 @@ std::string receptors_csv(const Scene& scene) {
 
 std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
 
-Json json_of(const Figure& f) {
-    return {{"value", f.value},
-            {"least", f.least},
-            {"greatest", f.greatest},
-            {"within", std::isnan(f.value) ? Json() : Json(!f.outside())}};
-}
-
-Json json_of(const Report& r) {
-    Json json = {{"strain", json_of(r.strain)},
-                 {"indentation", json_of(r.indentation)},
-                 {"gain", json_of(r.gain)},
-                 {"cells_per_ridge", json_of(r.cells_per_ridge)},
-                 {"retardation_times", Json::array()},
-                 {"sign_changed", Json::array()},
-                 {"vibration", json_of(r.vibration)}};
-    for (const Figure& f : r.retardation_times) json["retardation_times"].push_back(json_of(f));
-    for (Quantity q : r.sign_changed) json["sign_changed"].push_back(name(q));
+// Returns the summary of a result, behind its first keys.
+Json summary_of(const Scene& s, const Result& r, Json json) {
+    const auto known = [](auto number, bool is) { return is ? Json(number) : Json(); };
+    DERMIS_KEYS(json["device"], r.device, name, kind, driver, uuid, exact);
+    Json& plan = json["plan"];
+    DERMIS_KEYS(plan, r, model);
+    DERMIS_KEYS(plan, s, method);
+    DERMIS_KEYS(plan, r, precision, predicted_error, measured_error, measured_cells, unmeasured);
+    if (!r.reduced.empty()) plan["elements"] = r.reduced;
+    DERMIS_KEYS(json["grid"], s.grid, width, height);
+    json["grid"]["spacing"] = known(s.grid.spacing.value_or(0), s.grid.spacing.has_value());
+    DERMIS_KEYS(json, r, steps, left_out);
+    json["outputs"] = r.time.size();
+    DERMIS_KEYS(json, r, dispatches, seconds);
+    json["cross_check"] = Json();
+    if (r.cells_compared) json["cross_check"] = {{"cells", r.cells_compared}, {"different", r.cells_different}};
+    DERMIS_KEYS(json, r, tau_min, tau_max);
+    json["z_min"] = s.time.step / r.tau_max;
+    json["z_max"] = s.time.step / r.tau_min;
+    DERMIS_KEYS(json, r, greatest_gain, greatest_curvature, stencil_estimate);
+    json["kinks"] = known(r.kinks, r.kinks >= 0);
+    json["pressed_cells"] = known(r.pressed_cells, r.pressed_cells >= 0);
+    json["spikes"] = known(r.spikes.size(), !s.afferents.empty());
+    json["outcomes"] = Json::object();
+    for (const auto& [name, value] : outcomes(r)) json["outcomes"][name] = value;
+    json["report"] = report(s, r);
+    json["warnings"] = warnings(s, r);
     return json;
-}
-
-// Returns the summary of a result behind its first keys.
-Json summary_of(const Scene& s, const Result& r, Json begin) {
-    const auto count = [](long long n) { return n < 0 ? Json() : Json(n); };
-    Json check;
-    if (r.cells_compared) check = {{"cells", r.cells_compared}, {"different", r.cells_different}};
-    begin["device"] = {{"name", r.device.name},
-                       {"kind", r.device.kind},
-                       {"driver", r.device.driver},
-                       {"uuid", r.device.uuid},
-                       {"exact", r.device.exact}};
-    begin["plan"] = {{"model", name(r.model)},
-                     {"method", name(s.method)},
-                     {"precision", name(r.precision)},
-                     {"predicted_error", r.predicted_error},
-                     {"measured_error", r.measured_error},
-                     {"measured_cells", r.measured_cells},
-                     {"unmeasured", r.unmeasured}};
-    if (!r.reduced.empty()) begin["plan"]["elements"] = r.reduced;
-    begin["grid"] = {{"width", s.grid.width},
-                     {"height", s.grid.height},
-                     {"spacing", s.grid.spacing ? Json(*s.grid.spacing) : Json()}};
-    begin.update({{"steps", r.steps},
-                  {"left_out", r.left_out},
-                  {"outputs", r.time.size()},
-                  {"dispatches", r.dispatches},
-                  {"seconds", r.seconds},
-                  {"cross_check", check},
-                  {"tau_min", r.tau_min},
-                  {"tau_max", r.tau_max},
-                  {"z_min", s.time.step / r.tau_max},
-                  {"z_max", s.time.step / r.tau_min},
-                  {"greatest_gain", r.greatest_gain},
-                  {"greatest_curvature", r.greatest_curvature},
-                  {"stencil_estimate", r.stencil_estimate},
-                  {"kinks", count(r.kinks)},
-                  {"pressed_cells", count(r.pressed_cells)},
-                  {"spikes", s.afferents.empty() ? Json() : Json(r.spikes.size())}});
-    begin["outcomes"] = Json::object();
-    for (const auto& [name, value] : outcomes(r)) begin["outcomes"][name] = value;
-    begin["report"] = json_of(report(s, r));
-    begin["warnings"] = warnings(s, r);
-    return begin;
 }
 
 } // namespace
@@ -158,8 +124,7 @@ std::vector<std::string> result_files(const Scene& scene) {
 void write_result(const Folder& folder, const Scene& scene, const Result& result, Json origin) {
     const Path& out = folder.path();
     // Known before anything is written, because there may be no memory to find it out later.
-    const std::vector<Path> stale = earlier_run(out, result_files(scene));
-    const bool owned = is_owned(out);
+    const EarlierRun earlier = earlier_run(out, result_files(scene));
     PartFile unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
     std::list<PartFile> parts;
     std::vector<Contents> files;
@@ -185,8 +150,8 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
     add("summary.json", sealed(summary_of(scene, result, std::move(origin))));
     // A kill from here on leaves files of two runs, and the summary that says so.
     const HeldSignals signals;
-    if (owned) unfinished.publish(signals);
-    for (const Path& path : stale) remove_file(path);
+    if (earlier.owned) unfinished.publish(signals);
+    for (const Path& path : earlier.files) remove_file(path);
     for (PartFile& part : parts) part.publish(signals);
 }
 
