@@ -16,21 +16,17 @@ contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argume
                                offsetof(dermis_contact_pad, shear_x)};
     need_pointer(pad, argument);
     if (pad->size != versions[1] && pad->size != versions[2]) need_size(pad, argument, versions[0]);
-    const int32_t tiled = pad->size < versions[1] ? 0 : pad->tiled;
     const bool has_radii = pad->size > versions[1], has_shear = pad->size > versions[2];
-    if (tiled != 0 && tiled != 1)
-        dermis::scene::refuse(std::string(argument) + "->tiled", std::to_string(tiled), "0, 1");
-    const contact::Pad made{.width = pad->width,
-                            .height = pad->height,
-                            .spacing = pad->spacing,
-                            .pressure = pad->pressure,
-                            .pitch = pad->pitch,
-                            .tiled = tiled == 1,
-                            .radius_x = has_radii ? pad->radius_x : 0,
-                            .radius_y = has_radii ? pad->radius_y : 0,
-                            .shear_x = has_shear ? pad->shear_x : nullptr,
-                            .shear_y = has_shear ? pad->shear_y : nullptr};
-    return made;
+    return {.width = pad->width,
+            .height = pad->height,
+            .spacing = pad->spacing,
+            .pressure = pad->pressure,
+            .pitch = pad->pitch,
+            .tiled = pad->size >= versions[1] && flag(pad->tiled, std::string(argument) + "->tiled"),
+            .radius_x = has_radii ? pad->radius_x : 0,
+            .radius_y = has_radii ? pad->radius_y : 0,
+            .shear_x = has_shear ? pad->shear_x : nullptr,
+            .shear_y = has_shear ? pad->shear_y : nullptr};
 }
 
 void dermis::c::need_report(const dermis_contact_report* report) {

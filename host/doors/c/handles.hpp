@@ -60,6 +60,20 @@ template <class T> void need_output(T* output, const char* argument) {
     *output = {};
 }
 
+// The same for a call that gives numbers of an object: sets what both outputs point to.
+template <class Handle, class T>
+void begin(const Handle* handle, const char* argument, T** values, const char* output, size_t* count) {
+    need_output(values, output);
+    need_output(count, "count");
+    need_pointer(handle, argument);
+}
+
+// Returns whether a number is 1. Throws Error::bad_input where it is neither 0 nor 1.
+inline bool flag(int32_t number, const std::string& argument) {
+    if (number != 0 && number != 1) scene::refuse(argument, std::to_string(number), "0, 1");
+    return number == 1;
+}
+
 // Throws Error::bad_input unless a struct of the caller's has the size that it has here, or its first version's size.
 template <class Struct>
 void need_size(const Struct* given, const char* argument, size_t first_version = sizeof(Struct)) {

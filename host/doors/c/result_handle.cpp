@@ -18,13 +18,6 @@ void give(const std::vector<double>& numbers, const double** values, size_t* cou
     *count = numbers.size();
 }
 
-// Sets the outputs of a call to NULL and 0, and checks the handle.
-void begin(const dermis_result* result, const double** values, size_t* count) {
-    need_output(values, "values");
-    need_output(count, "count");
-    need_pointer(result, "result");
-}
-
 } // namespace
 
 dermis_status dermis_run(const dermis_scene* scene, const dermis_device* device, dermis_result** result) {
@@ -37,16 +30,14 @@ dermis_status dermis_run(const dermis_scene* scene, const dermis_device* device,
 
 dermis_status dermis_result_get_times(const dermis_result* result, const double** times, size_t* count) {
     return guarded([&] {
-        begin(result, times, count);
+        begin(result, "result", times, "values", count);
         give(result->result.time, times, count);
     });
 }
 
 dermis_status dermis_result_get_spikes(const dermis_result* result, const dermis_fired_spike** spikes, size_t* count) {
     return guarded([&] {
-        need_output(spikes, "spikes");
-        need_output(count, "count");
-        need_pointer(result, "result");
+        begin(result, "result", spikes, "spikes", count);
         *spikes = reinterpret_cast<const dermis_fired_spike*>(result->result.spikes.data());
         *count = result->result.spikes.size();
     });
@@ -55,7 +46,7 @@ dermis_status dermis_result_get_spikes(const dermis_result* result, const dermis
 dermis_status dermis_result_get_trace(const dermis_result* result, dermis_quantity quantity, dermis_column column,
                                       const double** values, size_t* count) {
     return guarded([&] {
-        begin(result, values, count);
+        begin(result, "result", values, "values", count);
         const dermis::Trace& trace = result->result.trace(quantity_of(quantity));
         if (column < DERMIS_MEAN || column > DERMIS_MAX)
             refuse("column", std::to_string(column), "DERMIS_MEAN (0) .. DERMIS_MAX (2)");
@@ -68,7 +59,7 @@ dermis_status dermis_result_get_trace(const dermis_result* result, dermis_quanti
 dermis_status dermis_result_get_probe(const dermis_result* result, dermis_quantity quantity, size_t probe,
                                       const double** values, size_t* count) {
     return guarded([&] {
-        begin(result, values, count);
+        begin(result, "result", values, "values", count);
         const dermis::Trace& trace = result->result.trace(quantity_of(quantity));
         if (probe >= trace.probes.size())
             refuse("probe", std::to_string(probe), "less than " + std::to_string(trace.probes.size()) + ", the probes");
@@ -79,7 +70,7 @@ dermis_status dermis_result_get_probe(const dermis_result* result, dermis_quanti
 dermis_status dermis_result_get_field(const dermis_result* result, dermis_quantity quantity, double at,
                                       const double** values, size_t* count) {
     return guarded([&] {
-        begin(result, values, count);
+        begin(result, "result", values, "values", count);
         const dermis::Quantity wanted = quantity_of(quantity);
         std::string allowed;
         for (const dermis::Field& f : result->result.fields) {
@@ -95,7 +86,7 @@ dermis_status dermis_result_get_responses(const dermis_result* result, const dou
                                           size_t* sites) {
     return guarded([&] {
         need_output(sites, "sites");
-        begin(result, values, times);
+        begin(result, "result", values, "values", times);
         const std::vector<double>& responses = result->result.responses;
         *values = responses.empty() ? nullptr : responses.data();
         *times = result->result.time.size();

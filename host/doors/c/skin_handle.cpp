@@ -24,9 +24,7 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
     if (given->count < 1 || given->count > 1048576) // before a material is made for each
         refuse("options->count", std::to_string(given->count), "1..1048576 pads");
     options.count = given->count;
-    if (given->own_materials < 0 || given->own_materials > 1)
-        refuse("options->own_materials", std::to_string(given->own_materials), "0, 1");
-    if (given->own_materials) {
+    if (flag(given->own_materials, "options->own_materials")) {
         if (!dermis::scene::is_uniform(material))
             refuse("options->own_materials", "1", "0, where the scene's material is one of maps");
         options.materials.assign(size_t(options.count), material);
@@ -41,14 +39,12 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
     if (unknown)
         refuse("options->responses", std::to_string(given->responses),
                "bits of " + dermis::scene::receptor_class_names() + ", at most 30");
-    switch (given->precision) {
-    case DERMIS_DEFAULT_PRECISION: break;
-    case DERMIS_F32: options.precision = dermis::Precision::f32; break;
-    case DERMIS_F32_COMPENSATED: options.precision = dermis::Precision::f32_compensated; break;
-    default:
+    if (given->precision < DERMIS_DEFAULT_PRECISION || given->precision > DERMIS_F32_COMPENSATED)
         refuse("options->precision", std::to_string(given->precision),
                "DERMIS_DEFAULT_PRECISION (0) .. DERMIS_F32_COMPENSATED (2)");
-    }
+    if (given->precision != DERMIS_DEFAULT_PRECISION)
+        options.precision =
+            given->precision == DERMIS_F32 ? dermis::Precision::f32 : dermis::Precision::f32_compensated;
     if (given->size >= offsetof(dermis_skin_options, shear)) {
         if (given->hold != DERMIS_LINEAR && given->hold != DERMIS_PARABOLIC)
             refuse("options->hold", std::to_string(given->hold), "DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
@@ -58,11 +54,9 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
         options.control = given->control == DERMIS_DEPTH ? dermis::Control::depth : dermis::Control::pressure;
     }
     if (given->size == sizeof *given) {
-        if (given->shear != 0 && given->shear != 1) refuse("options->shear", std::to_string(given->shear), "0, 1");
-        options.shear = given->shear == 1;
-        if (given->sa2_stretch != 0 && given->sa2_stretch != 1)
-            refuse("options->sa2_stretch", std::to_string(given->sa2_stretch), "0, 1");
-        if (given->sa2_stretch == 1) options.sa2_stretch = {given->stretch_direction[0], given->stretch_direction[1]};
+        options.shear = flag(given->shear, "options->shear");
+        if (flag(given->sa2_stretch, "options->sa2_stretch"))
+            options.sa2_stretch = {given->stretch_direction[0], given->stretch_direction[1]};
     }
     return options;
 }
@@ -119,9 +113,7 @@ dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, s
 
 dermis_status dermis_skin_get_cells(dermis_skin* skin, const int32_t** cells, size_t* count) {
     return guarded([&] {
-        need_output(cells, "cells");
-        need_output(count, "count");
-        need_pointer(skin, "skin");
+        begin(skin, "skin", cells, "cells", count);
         if (skin->cells.empty()) skin->cells = skin->skin.cells();
         *cells = skin->cells.data();
         *count = skin->cells.size();
@@ -140,9 +132,7 @@ dermis_status dermis_skin_press_cells(dermis_skin* skin, const float* pressure, 
 dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity, const float** values,
                                        size_t* count) {
     return guarded([&] {
-        need_output(values, "values");
-        need_output(count, "count");
-        need_pointer(skin, "skin");
+        begin(skin, "skin", values, "values", count);
         const dermis::Skin::Response response = skin->skin.response(quantity_of(quantity));
         *values = response.data;
         *count = response.size;
@@ -151,9 +141,7 @@ dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity 
 
 dermis_status dermis_skin_get_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count) {
     return guarded([&] {
-        need_output(spikes, "spikes");
-        need_output(count, "count");
-        need_pointer(skin, "skin");
+        begin(skin, "skin", spikes, "spikes", count);
         const dermis::Skin::Spikes last = skin->skin.spikes();
         *spikes = reinterpret_cast<const dermis_spike*>(last.data);
         *count = last.size;

@@ -22,16 +22,8 @@ dermis_status keep(dermis_status status, const char* message) noexcept {
     return status;
 }
 
-dermis_status status_of(Error::Code code) noexcept {
-    switch (code) {
-    case Error::Code::bad_input: return DERMIS_BAD_INPUT;
-    case Error::Code::no_device: return DERMIS_NO_DEVICE;
-    case Error::Code::device: return DERMIS_DEVICE_FAILED;
-    case Error::Code::io: return DERMIS_IO;
-    case Error::Code::no_memory: return DERMIS_NO_MEMORY;
-    }
-    return DERMIS_INTERNAL;
-}
+constexpr dermis_status statuses[] = {DERMIS_BAD_INPUT, DERMIS_NO_DEVICE, DERMIS_DEVICE_FAILED, DERMIS_IO,
+                                      DERMIS_NO_MEMORY}; // by Error::Code
 
 dermis_figure figure_of(const Figure& f) { return {.value = f.value, .least = f.least, .greatest = f.greatest}; }
 
@@ -41,7 +33,7 @@ dermis_status status_of_exception() noexcept {
     try {
         throw;
     } catch (const Error& e) {
-        return keep(status_of(e.code()), e.what());
+        return keep(statuses[size_t(e.code())], e.what());
     } catch (const std::bad_alloc&) {
         return keep(DERMIS_NO_MEMORY, "memory could not be allocated");
     } catch (const std::exception& e) {

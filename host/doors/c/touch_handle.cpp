@@ -8,8 +8,8 @@ dermis_status dermis_touch_create(const dermis_contact_pad* shape, int32_t count
                                   dermis_touch** touch) {
     return guarded([&] {
         need_output(touch, "touch");
-        if (shear != 0 && shear != 1) dermis::scene::refuse("shear", std::to_string(shear), "0, 1");
-        *touch = new dermis_touch{contact::Touch(pad_of(shape, "shape"), count, reach, shear == 1)};
+        const bool sheared = flag(shear, "shear");
+        *touch = new dermis_touch{contact::Touch(pad_of(shape, "shape"), count, reach, sheared)};
     });
 }
 

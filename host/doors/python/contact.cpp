@@ -273,20 +273,17 @@ void bind_contact(nb::module_& m) {
           "readings\n"
           "that stand column by column are values.T. width, height: m, of one taxel. x, y: m, outer corner of the "
           "first.");
-    m.def(
-        "foundation_stiffness",
-        [](double force, double ball, double modulus) {
-            return refusing_unlocked([&] { return contact::foundation_stiffness(force, ball, modulus); });
-        },
-        nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
+    const auto add_of_ball = [&](const char* name, double (*of)(double, double, double), const char* doc) {
+        const auto call = [of](double force, double ball, double modulus) {
+            return refusing_unlocked([&] { return of(force, ball, modulus); });
+        };
+        m.def(name, call, nb::arg("force"), nb::arg("ball"), nb::arg("modulus"), doc);
+    };
+    add_of_ball(
+        "foundation_stiffness", contact::foundation_stiffness,
         "Return the stiffness, Pa per m, with which add_depths presses a ball's patch with the radius of Hertz's.");
-    m.def(
-        "hertz_radius",
-        [](double force, double ball, double modulus) {
-            return refusing_unlocked([&] { return contact::hertz_radius(force, ball, modulus); });
-        },
-        nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
-        "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");
+    add_of_ball("hertz_radius", contact::hertz_radius,
+                "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");
 }
 
 } // namespace dermis::python

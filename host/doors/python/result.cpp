@@ -20,15 +20,6 @@ RunOptions options_of(const std::optional<string_view>& precision, bool check) {
     return options;
 }
 
-RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision, bool check,
-                      nb::handle progress) {
-    RunOptions options = options_of(precision, check);
-    const SharedDevice on = device_of(device);
-    Computing computing(on.in_use());
-    options.progress = computing.progress(progress);
-    return new RunOfScene{scene, run(scene, on.device(), options)};
-}
-
 // materials: scenes of one cell, one for each material.
 std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>& materials, nb::handle device,
                                       const std::optional<string_view>& precision, bool check, bool describe_each,
@@ -89,9 +80,7 @@ nb::typed<nb::dict, nb::str, double> outcomes_of(const RunOfScene& r) {
 }
 
 bool has_trace(const RunOfScene& r, string_view quantity) {
-    for (const Trace& t : r.result.traces)
-        if (quantity == name(t.quantity)) return true;
-    return false;
+    return std::ranges::any_of(r.result.traces, [&](const Trace& t) { return quantity == name(t.quantity); });
 }
 
 std::vector<const char*> trace_names(const RunOfScene& r) {
@@ -226,8 +215,6 @@ void bind_result(nb::module_& m) {
             "report", [](const RunOfScene& r) { return report(r.scene, r.result); },
             "Return the figures of the skin, with the ranges in which they are plausible.");
     add_figures(type);
-    m.def("run", run_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
-          nb::arg("precision").none() = nb::none(), nb::arg("check") = false, nb::arg("progress").none() = nb::none());
     m.def("run_materials", run_materials, nb::arg("scene"), nb::arg("materials"), nb::arg("device").none(),
           nb::arg("precision").none(), nb::arg("check"), nb::arg("describe_each"), nb::arg("progress").none());
     bind_explanation(m);

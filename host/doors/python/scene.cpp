@@ -154,22 +154,13 @@ void bind_scene(nb::module_& m) {
     m.def(
         "key_rows",
         [] {
-            nb::typed<nb::list, nb::typed<nb::dict, nb::str, nb::str>> rows;
-            for (const scene::KeyRow& row : scene::key_rows()) {
-                nb::dict all;
-                for (auto [name, text] : {std::pair{"table", &row.table},
-                                          {"name", &row.name},
-                                          {"unit", &row.unit},
-                                          {"by_default", &row.by_default},
-                                          {"allowed", &row.allowed},
-                                          {"says", &row.says},
-                                          {"type", &row.type}})
-                    all[name] = *text;
-                rows.append(all);
-            }
+            using Text = std::string;
+            std::vector<std::tuple<Text, Text, Text, Text, Text, Text, Text>> rows;
+            for (const auto& [table, name, unit, by_default, allowed, says, type] : scene::key_rows())
+                rows.emplace_back(table, name, unit, by_default, allowed, says, type);
             return rows;
         },
-        "Return the keys of a scene file, each a dict of texts.");
+        "Return the keys of a scene file: table, name, unit, default, range, sentence and type of each.");
     m.def("maps", maps_of, nb::arg("scene"),
           "Return the maps that a scene is made of, float64 of shape (height, width) each: \"surface\" (m with a\n"
           "spacing), \"rest_curvature\" (1/m) and \"pressure\" (Pa, where the envelope is 1).");

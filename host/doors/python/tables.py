@@ -32,21 +32,17 @@ Cells = Union[Sequence[Sequence[CellOrPlace]], Array]
 '''
 
 
-def sentence(row):
-    default = row["by_default"]
-    more = [row["unit"], row["allowed"], default and ("" if default.startswith("required") else "default ") + default]
-    return f"    {row['name']}: {row['says']}" + "".join(f"; {m}" for m in more if m) + "."
-
-
 def class_of(table, rows):
+    sentences, members = zip(*rows)
     return (f'\n\n@dataclass(kw_only=True)\nclass {table.title()}:\n    """The table [{table}] of a scene.\n\n' +
-            "\n".join(map(sentence, rows)) + '\n    """\n\n' +
-            "".join(f"    {row['name']}: {row['type']} | None = None\n" for row in rows))
+            "\n".join(sentences) + '\n    """\n\n' + "".join(members))
 
 
 tables = {}
-for row in key_rows():
-    if row["table"].count(".") == 1 and row["table"] != "afferents.":
-        tables.setdefault(row["table"][:-1], []).append(row)
+for table, name, unit, default, allowed, says, kind in key_rows():
+    if table.count(".") == 1 and table != "afferents.":
+        more = [unit, allowed, default and ("" if default.startswith("required") else "default ") + default]
+        sentence = f"    {name}: {says}" + "".join(f"; {m}" for m in more if m) + "."
+        tables.setdefault(table[:-1], []).append((sentence, f"    {name}: {kind} | None = None\n"))
 with open(sys.argv[2], "w", encoding="utf-8") as file:
     file.write(HEAD + "".join(class_of(*table) for table in tables.items()))

@@ -38,6 +38,7 @@ class MarchMemory {
 
     Buffer& operator[](int name) { return buffers_[size_t(name)]; }
     BufferRange range(int name) const { return buffers_[size_t(name)].all(); }
+    // Of curvature and deformation too, which stand behind the responses in both lists.
     static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
 
   private:

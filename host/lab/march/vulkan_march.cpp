@@ -209,17 +209,10 @@ class March : public plan::Stepper {
     void copy_map(VkCommandBuffer commands, Quantity q, VkDeviceSize at) {
         const std::vector<VkBufferCopy> regions =
             regions_of(skin_, q == Quantity::strain ? variant_.state().planes() : 1, at);
-        context_->calls().vkCmdCopyBuffer(commands, map_of(q).handle(), download_->handle(), uint32_t(regions.size()),
-                                          regions.data());
-    }
-
-    const Buffer& map_of(Quantity q) {
-        switch (q) {
-        case Quantity::strain: return memory_[MarchMemory::state0 + visible_];
-        case Quantity::curvature: return memory_[MarchMemory::curvature];
-        case Quantity::deformation: return memory_[MarchMemory::deformation];
-        default: return memory_[MarchMemory::response(int(q))];
-        }
+        context_->calls().vkCmdCopyBuffer(
+            commands,
+            memory_[q == Quantity::strain ? MarchMemory::state0 + visible_ : MarchMemory::response(int(q))].handle(),
+            download_->handle(), uint32_t(regions.size()), regions.data());
     }
 
     const plan::PreparedSkin& skin_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Pressure maps: the three shapes of the published study, a given map, a punch, or the first frame of a sequence.
 #include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/spline.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -33,10 +34,7 @@ std::vector<double> smoothed(const std::vector<double>& line, double sigma, doub
     double total = 0;
     for (int k = -radius; k <= radius; ++k) total += weights.emplace_back(std::exp(-0.5 * k * k / (sigma * sigma)));
     std::vector<double> wide; // the line with `radius` more cells at each end
-    for (int k = -radius; k < n + radius; ++k) {
-        const int i = ((k % (2 * n)) + 2 * n) % (2 * n);
-        wide.push_back(line[size_t(i < n ? i : 2 * n - 1 - i)]);
-    }
+    for (int k = -radius; k < n + radius; ++k) wide.push_back(line[index_beyond(k, n, Border::mirrored)]);
     std::vector<double> smooth(line.size(), 0.0);
     for (size_t x = 0; x < smooth.size(); ++x) {
         for (size_t k = 0; k < weights.size(); ++k) smooth[x] += weights[k] * wide[x + k];

@@ -32,18 +32,11 @@ void line_to_spline(std::vector<double>& line) {
 } // namespace
 
 void to_spline(std::vector<double>& map, int width, int height, Border border) {
-    std::vector<double> line;
-    const auto filter = [&](size_t first, size_t step, size_t count) {
-        line.resize(count);
-        for (size_t i = 0; i < count; ++i) line[i] = map[first + i * step];
+    each_line(map, width, height, [&](std::vector<double>& line) {
         if (border == Border::mirrored) // a line and its reflection repeat themselves
-            for (size_t i = count; i-- > 0;) line.push_back(line[i]);
+            for (size_t i = line.size(); i-- > 0;) line.push_back(line[i]);
         line_to_spline(line);
-        for (size_t i = 0; i < count; ++i) map[first + i * step] = line[i];
-    };
-    const size_t across = size_t(width), down = size_t(height);
-    for (size_t y = 0; y < down; ++y) filter(y * across, 1, across);
-    for (size_t x = 0; x < across; ++x) filter(x, across, down);
+    });
 }
 
 } // namespace dermis::scene

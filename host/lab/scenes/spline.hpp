@@ -11,6 +11,19 @@ namespace dermis::scene {
 // How a map goes on beyond its border: it repeats itself, or is reflected (d c b a | a b c d | d c b a).
 enum class Border { periodic, mirrored };
 
+// Replaces each row of a map, and then each column, by what f makes of it; f may leave more numbers, which are dropped.
+template <class F> void each_line(std::vector<double>& map, int width, int height, F&& f) {
+    std::vector<double> line;
+    const auto replace = [&](size_t first, size_t step, int count) {
+        line.resize(size_t(count));
+        for (size_t i = 0; i < size_t(count); ++i) line[i] = map[first + i * step];
+        f(line);
+        for (size_t i = 0; i < size_t(count); ++i) map[first + i * step] = line[i];
+    };
+    for (int y = 0; y < height; ++y) replace(size_t(y) * size_t(width), 1, width);
+    for (int x = 0; x < width; ++x) replace(size_t(x), size_t(width), height);
+}
+
 // Replaces the numbers of a map by the coefficients of the cubic spline that runs through them.
 void to_spline(std::vector<double>& map, int width, int height, Border);
 

@@ -61,15 +61,15 @@ bool begins_as_number(const std::string& text) {
 bool can_be_in(std::string_view unit) { return example_of(unit) != nullptr; }
 
 std::optional<double> number_in_unit(std::string_view of, const std::string& text) {
-    if (!can_be_in(of) || !begins_as_number(text)) return {};
-    const size_t unit = text.find_first_not_of("+-.0123456789eE", text.find_first_not_of(' '));
-    if (unit == text.npos) return {};
-    const std::optional<int> power = exponent_of(with_blanks(text.substr(unit)), of);
-    if (!power) return {};
-    // The prefix joins the decimal exponent, so that the number is rounded once.
-    const std::string number(without_plus(trimmed(text.substr(0, unit))));
+    const std::string all = trimmed(text);
+    const std::string_view signless = without_plus(all);
+    const char *const first = signless.data(), *const last = first + signless.size();
     double value = 0;
-    if (!read_number(number, value)) return {};
+    const auto [unit, wrong] = std::from_chars(first, last, value);
+    const std::optional<int> power = exponent_of(with_blanks({unit, last}), of);
+    if (!can_be_in(of) || wrong != std::errc() || unit == last || !std::isfinite(value) || !power) return {};
+    // The prefix joins the decimal exponent, so that the number is rounded once.
+    const std::string number(first, unit);
     const size_t e = number.find_first_of("eE");
     const long written = e == number.npos ? 0 : std::strtol(number.c_str() + e + 1, nullptr, 10);
     const std::string shifted = number.substr(0, e) + "e" + std::to_string(written + *power);

@@ -203,7 +203,8 @@ def run(scene: AnyScene, device: Device | str | None = None, *, precision: str |
     on the other backend too and compare all bits. progress: called some times a second with the fraction done, 0..1; what
     it raises ends the run. Other Python threads run meanwhile, and Ctrl-C ends the run.
     """
-    return _core.run(_scene_of(scene), device, precision, check, progress)
+    given = _scene_of(scene)
+    return _core.run_materials(given, [given], device, precision, check, False, progress)[0]
 
 
 @answered

@@ -32,10 +32,8 @@ def _map_named(name: str, array: np.ndarray[Any, Any], maps: Maps) -> str:
 
 def pairs_of(value: object) -> Mapping[str, Any] | None:
     """Return the keys and values of a table, without keys that are not given; None if the value is no table."""
-    if isinstance(value, KelvinVoigt):
-        return {"modulus": value.modulus, "viscosity": value.viscosity}
-    if isinstance(value, Relaxation):
-        return {"moduli": value.moduli, "times": value.times, "equilibrium": value.equilibrium}
+    if isinstance(value, (KelvinVoigt, Relaxation)):
+        return {name: getattr(value, name) for name, member in vars(type(value)).items() if isinstance(member, property)}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
     if not isinstance(value, Mapping):
