@@ -28,7 +28,7 @@ std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>&
     options.describe_each = describe_each;
     std::vector<Material> wanted;
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
-        scene::take_elements(wanted.emplace_back(), s->material);
+        scene::take_elements(wanted.emplace_back(scene.material), s->material); // lengths stay the scene's
     const SharedDevice on = device_of(device);
     Computing computing(on.in_use());
     options.progress = computing.progress(progress);

@@ -123,6 +123,10 @@ def test_several_materials_give_the_result_of_each():
     np.testing.assert_array_equal(stiff["strain"].mean, alone["strain"].mean)
     assert [f.value for f in stiff.report().retardation_times] == [0.25]
     assert dermis.run_materials(scene, []) == []
+    metric = dermis.fingertip(grid={"width": 30, "height": 20}, time={"duration": 0.05})
+    assert dermis.run_materials(metric, materials)[1]["sa1"].mean.tolist() == \
+        dermis.run(dermis.fingertip(grid={"width": 30, "height": 20}, time={"duration": 0.05},
+                                    material=materials[1]))["sa1"].mean.tolist()
     with pytest.raises(dermis.Error) as caught:
         dermis.run_materials(scene, [{"modulus": -1.0, "viscosity": 1.0}])
     assert "modulus" in str(caught.value)
