@@ -4,6 +4,7 @@
 #include "host/core/base/watch.hpp"
 #include "host/core/description/description.hpp"
 #include "host/core/description/noise.hpp"
+#include "host/core/description/skin_keys.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -81,17 +82,12 @@ Map surface_heights(const SkinDescription& scene, int threads) {
 }
 
 double cells_per_ridge(const SkinDescription& scene) {
-    const double ridges = *scene.surface.ridges;
-    switch (scene.surface.kind) {
-    case Surface::Kind::wave: return std::abs(scene.grid.width / ridges);
-    case Surface::Kind::spiral: return std::abs(2 * std::numbers::pi * scene.grid.width / ridges);
-    case Surface::Kind::map:
-        // A curvature that is given is not computed on the cells of the grid, so that their number does not matter.
-        if (scene.surface.ridge_period && scene.surface.curvature.empty())
-            return *scene.surface.ridge_period / *scene.grid.spacing;
-        [[fallthrough]];
-    default: return std::numeric_limits<double>::infinity();
-    }
+    const Surface& s = scene.surface;
+    const double turn = s.kind == Surface::Kind::spiral ? 2 * std::numbers::pi : 1;
+    if (of_ridges.holds(s)) return std::abs(turn * scene.grid.width / *s.ridges);
+    // A curvature that is given is not computed on the cells of the grid, so that their number does not matter.
+    const bool measured = s.kind == Surface::Kind::map && s.ridge_period && s.curvature.empty();
+    return measured ? *s.ridge_period / *scene.grid.spacing : std::numeric_limits<double>::infinity();
 }
 
 } // namespace dermis::scene

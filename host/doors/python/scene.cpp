@@ -20,12 +20,7 @@ using Fibres = Sequence<Afferents>;
 int cell_of(const Place& place, const Grid& grid) {
     if (const int* cell = std::get_if<int>(&place)) return *cell;
     const std::string text(std::get<string_view>(place));
-    const std::optional<double> length = scene::length_with_unit(text);
-    const std::optional<int> cell = length && grid.spacing ? scene::cell_at(*length, grid) : std::nullopt;
-    if (!cell)
-        scene::refuse("sites", "\"" + text + "\"",
-                      length && !grid.spacing ? "whole cells: the grid has no spacing" : scene::whole_or_length);
-    return *cell;
+    return scene::cells_of(text, "sites", "\"" + text + "\"", grid, scene::cell_at);
 }
 
 std::vector<Site> sites_named(const NamedSites& named, const Grid& grid) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/march/march_memory.hpp"
+#include "host/lab/march/results.hpp"
 
 namespace dermis::vulkan {
 

@@ -1,14 +1,57 @@
 // SPDX-License-Identifier: MIT
-// A ring of result slots: the device reduces each responding step into a slot, and the host reads the slots after a
-// submission.
+// What a march has on a device: its buffers, and a ring of result slots.
 #pragma once
 
 #include "host/core/vulkan/recording.hpp"
-#include "host/lab/march/march_memory.hpp"
+#include "host/core/vulkan/windows.hpp"
 #include "host/lab/march/stepper.hpp"
 
 namespace dermis::vulkan {
 
+// The device buffers of a march, by name.
+class MarchMemory {
+  public:
+    enum Name {
+        rest_curvature,
+        surface,
+        pressure0,
+        pressure1,
+        state0,
+        state1,
+        responses, // the first of them
+        curvature = responses + RESPONSE_MAPS,
+        deformation,
+        coefficients,
+        material,
+        invalid,
+        names
+    };
+
+    MarchMemory(const plan::PreparedSkin&, const plan::Schedule&, const plan::Variant&);
+
+    VkDeviceSize map_bytes() const { return map_; }
+    VkDeviceSize bytes_of(int name) const;
+    VkDeviceSize bytes() const; // sum over all buffers
+    void allocate(Context&);
+    // Records the state of a skin at rest. Responses of a wholly pressed grid begin as NaN, so that one which is read
+    // before it is written shows.
+    void clear(const Context&, VkCommandBuffer) const;
+
+    Buffer& operator[](int name) { return buffers_[size_t(name)]; }
+    BufferRange range(int name) const { return buffers_[size_t(name)].all(); }
+    // Of curvature and deformation too, which stand behind the responses in both lists.
+    static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
+
+  private:
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const plan::Variant variant_;
+    const VkDeviceSize map_;
+    std::vector<Buffer> buffers_;
+};
+
+// A ring of result slots: the device reduces each responding step into a slot, and the host reads the slots after a
+// submission.
 class Results {
   public:
     // Chooses the number of slots.

@@ -4,7 +4,6 @@
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/named_maps.hpp"
-#include "host/lab/scenes/unreadable.hpp"
 
 #include <sstream>
 

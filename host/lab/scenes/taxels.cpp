@@ -47,11 +47,8 @@ class CsvFile : public Frames {
 // The integral of a B-spline of width 1, 2 or 4 from its beginning to u.
 double integral(Taxels::Spread spread, double u) {
     if (u > 0) return 1 - integral(spread, -u);
-    switch (spread) {
-    case Taxels::Spread::nearest: return std::max(0.0, u + 0.5);
-    case Taxels::Spread::linear: return u <= -1 ? 0 : (1 + u) * (1 + u) / 2;
-    default: break;
-    }
+    if (spread == Taxels::Spread::nearest) return std::max(0.0, u + 0.5);
+    if (spread == Taxels::Spread::linear) return u <= -1 ? 0 : (1 + u) * (1 + u) / 2;
     if (u <= -2) return 0;
     const double v = 2 + u;
     return u <= -1 ? v * v * v * v / 24 : 0.5 + u * (2.0 / 3 - u * u * (1.0 / 3 + u / 8));

@@ -60,16 +60,10 @@ inline int whole_number_in(const toml::node& node, const std::string& parameter)
 }
 
 // Reads a number of cells, or a length with its unit, which becomes one by of_length(length, grid).
-template <class OfLength>
-int cells_in(const toml::node& node, const std::string& parameter, const Grid& grid, OfLength&& of_length) {
+inline int cells_in(const toml::node& node, const std::string& parameter, const Grid& grid,
+                    std::optional<int> (*of_length)(double, const Grid&)) {
     const auto* text = node.as_string();
-    if (!text) return whole_number_in(node, parameter);
-    const std::optional<double> length = length_with_unit(**text);
-    if (!length || !grid.spacing)
-        refuse(parameter, node, length ? "whole cells: the grid has no spacing" : whole_or_length);
-    const std::optional<int> cells = of_length(*length, grid);
-    if (!cells) refuse(parameter, node, whole_or_length);
-    return *cells;
+    return text ? cells_of(**text, parameter, text_of(node), grid, of_length) : whole_number_in(node, parameter);
 }
 
 inline Cell cell_in(const toml::node& node, const std::string& parameter, const Grid& grid) {

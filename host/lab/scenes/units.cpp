@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/units.hpp"
 
+#include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 
 #include <algorithm>
@@ -95,6 +96,15 @@ std::optional<int> cell_at(double place, const Grid& grid) {
 }
 
 std::optional<int> nearest_cells(double length, const Grid& grid) { return whole(std::round(length / *grid.spacing)); }
+
+int cells_of(const std::string& text, const std::string& parameter, const std::string& shown, const Grid& grid,
+             std::optional<int> (*of_length)(double, const Grid&)) {
+    const std::optional<double> length = number_in_unit("m", text);
+    const std::optional<int> cells = length && grid.spacing ? of_length(*length, grid) : std::nullopt;
+    if (!cells)
+        refuse(parameter, shown, length && !grid.spacing ? "whole cells: the grid has no spacing" : whole_or_length);
+    return *cells;
+}
 
 std::string unit_of_key(const std::string& parameter) {
     std::string key; // without the places in lists

@@ -37,12 +37,14 @@ constexpr char whole_or_length[] = "whole cells, or a length with its unit, as \
 constexpr char allowed_unit[] = // of a recording
     "what 1 in the file is, as unit = \"kPa\", \"12 Pa\" for counts of 12 Pa, \"-12 Pa\" for counts that fall with "
     "pressure, \"mN\" for the forces of taxels in a grid with spacing; with load.control = \"depth\" as \"mm\"";
-// Returns a length in m; nothing if the text is something else.
-inline std::optional<double> length_with_unit(const std::string& text) { return number_in_unit("m", text); }
 // Returns the cell of a row or a column that has a place, m from its beginning; of a place between two cells, the one
 // behind it. nearest_cells: how many cells a length has, rounded. Nothing where that is no int. The grid has a spacing.
 std::optional<int> cell_at(double place, const Grid&);
 std::optional<int> nearest_cells(double length, const Grid&);
+// Returns of_length() of a length with its unit. Throws Error::bad_input for another text, with the value as it is
+// shown.
+int cells_of(const std::string& text, const std::string& parameter, const std::string& shown, const Grid&,
+             std::optional<int> (*of_length)(double, const Grid&));
 // Returns the unit of a key, by its dotted name, in which places in lists do not count, as in load[1].radius; empty if
 // it has none. A length without a spacing has none either.
 std::string unit_of_key(const std::string& key);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/scenes/unreadable.hpp"
+#include "host/lab/scenes/input_file.hpp"
 
 #include <algorithm>
 #include <string_view>
