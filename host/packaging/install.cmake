@@ -20,7 +20,7 @@ install(TARGETS dermis_core dermis_library EXPORT dermis INCLUDES DESTINATION ${
 if(DERMIS_CLI)
     install(TARGETS dermis-cli)
 endif()
-file(GLOB documents RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS *.md CITATION.cff LICENSE bench/*.md bench/*.png bench/evidence/*
+file(GLOB documents LIST_DIRECTORIES false RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS *.md CITATION.cff LICENSE bench/*.md bench/*.png bench/evidence/*
     host/*.md host/study/*
     host/core/description/*.md host/examples/* host/lab/scenes/*.md kernels/*.md tests/*.md tests/shims/*.md
     tests/embedding/frames/frames.cpp tests/embedding/mujoco/*)

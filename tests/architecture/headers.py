@@ -12,9 +12,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-# Kernels are compiled by what defines their types, host/core/simd/model.hpp; the module of Python where it is built;
-# old_library.hpp by emscripten.
-ELSEWHERE = ("host/examples/", "host/doors/web/old_library.hpp", "host/doors/python/", "host/doors/mujoco/", "kernels/")
+# Kernels are compiled by what defines their types, host/core/simd/model.hpp; the module of Python where it is built.
+ELSEWHERE = ("host/examples/", "host/doors/python/", "host/doors/mujoco/", "kernels/")
 FLAGS = ["-std=c++20", "-fsyntax-only", "-w", "-DFMT_HEADER_ONLY", "-x", "c++"]
 # A name, and the headers of which one declares it.
 NAMES = {

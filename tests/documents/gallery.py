@@ -13,7 +13,7 @@ import subprocess
 import sys
 
 PYTHON = "/usr/bin/python3"  # has NumPy and Matplotlib
-ELSEWHERE = ("./run page", "python ../../tests/embedding/mujoco/hand.py")  # tests/doors/web and tests/doors/python
+ELSEWHERE = ("./run page", "python ../../tests/embedding/mujoco/hand.py")  # tests/page and tests/doors/python
 
 
 def programs_of(call, dermis, bench, top):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // dermis-replay FILE: presses natively what a recording of the page has, and prints its hash.
-#include "host/doors/web/session.hpp"
+#include "host/examples/page/session.hpp"
 
 #include <cstdio>
 #include <fstream>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The functions that page.js calls. page_begin and page_step return nullptr, or a message that says why they refuse.
-#include "host/doors/web/session.hpp"
+#include "host/examples/page/session.hpp"
 
 #include <cstdio>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/doors/web/session.hpp"
+#include "host/examples/page/session.hpp"
 
 #include <dermis/contact.hpp>
 
