@@ -99,8 +99,7 @@ def measured(folder, truth):
                for row, three in zip(rows, exact) for of, value in zip(("mean", "min", "max"), three))
 
 
-# The run that a tolerance takes: (model, precision), whether of fewer elements in series, its bound, its error, and the
-# least seconds of three. None: refused.
+# The run that a tolerance takes: (model, precision), its bound, its error, and the least seconds of three. None: refused.
 def taken(dermis, folder, text, truth):
     scene, out = folder / "scene.toml", folder / "out"
     scene.write_text(text)
@@ -111,8 +110,7 @@ def taken(dermis, folder, text, truth):
         summary = json.loads((out / "summary.json").read_text())
         seconds.append(summary["seconds"])
     plan = summary["plan"]
-    return ((plan["model"], plan["precision"]), "elements" in plan, plan["predicted_error"], float(measured(out, truth)),
-            min(seconds))
+    return (plan["model"], plan["precision"]), plan["predicted_error"], float(measured(out, truth)), min(seconds)
 
 
 def draw(axes, title, runs):
@@ -122,13 +120,12 @@ def draw(axes, title, runs):
         if run is None:
             error.plot(tolerance, tolerance, "x", color="black", markersize=7)
             continue
-        kind, fewer, bound, off, seconds = run
+        kind, bound, off, seconds = run
         colour, marker = TAKEN.get(kind, ("black", "^"))
-        face = "white" if fewer else colour
         error.plot([tolerance] * 2, [bound, max(off, 1e-18)], color=colour, linewidth=1, alpha=0.6)
         error.plot(tolerance, bound, "_", color=colour, markersize=11, markeredgewidth=2)
-        error.plot(tolerance, max(off, 1e-18), marker, color=colour, markerfacecolor=face, markersize=6)
-        time.plot(tolerance, seconds * 1e3, marker, color=colour, markerfacecolor=face, markersize=6)
+        error.plot(tolerance, max(off, 1e-18), marker, color=colour, markersize=6)
+        time.plot(tolerance, seconds * 1e3, marker, color=colour, markersize=6)
     error.set(title=title, xscale="log", yscale="log", ylim=(1e-18, 1), xlim=(3e-15, 0.3))
     time.set(xscale="log", yscale="log", xlabel="tolerance")
     for axis in axes:
@@ -156,7 +153,6 @@ def main(dermis, picture):
             axes[0, 0].plot([], [], marker, color=colour, label=f"{model} in {precision}")
     axes[0, 0].plot([], [], color="grey", linestyle=(0, (1, 2)), label="tolerance")
     axes[0, 0].plot([], [], "_", color="black", markersize=11, markeredgewidth=2, label="bound")
-    axes[0, 0].plot([], [], "o", color="black", markerfacecolor="white", label="fewer elements")
     axes[0, 0].plot([], [], "x", color="black", label="refused")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncol=9, columnspacing=1.2, fontsize=9, frameon=False)
     figure.suptitle(f"No more than a scene needs: what each tolerance takes ({SIZE} x {SIZE} cells, {ROWS} rows)", fontsize=12)

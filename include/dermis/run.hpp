@@ -63,7 +63,6 @@ struct Result {
     // Names of what was asked for and not computed once more in cells: under an envelope, FA2 as a mean over a step and
     // responses that follow the stress; everything, with more_loads; impulses. Spikes never are.
     std::string unmeasured;
-    std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
     double cells_per_ridge = HUGE_VAL; // infinite as Report::cells_per_ridge is; below 8 the curvature is coarse
     // The next five describe the whole skin; with Model::sites they are not known: NaN or -1. C5 and C4 are the
     // curvature by the five-point and by the fourth-order stencil.
@@ -133,9 +132,6 @@ struct Candidate {
     double seconds = 0;          // an estimate from a table of rates, to choose by: no promise
     double error = std::nan(""); // upper bound of the error that Scene::tolerance limits; NaN: not needed to choose
     std::string refused;         // the reason why it is not chosen; empty if it is
-    // The fewer elements in series, with springs and dashpots, that are computed in place of the material's elements.
-    // Empty: the material's elements are computed.
-    std::vector<KelvinVoigt> reduced;
 };
 
 struct Explanation {

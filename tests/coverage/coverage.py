@@ -27,7 +27,7 @@ from suites import labelled
 
 ROOT = Path(__file__).resolve().parents[2]
 # Suites that mostly compute, for minutes without optimisation.
-COMPUTING = ("backends", "bounds", "closed_form", "fibres", "intervals", "loops", "planner", "reduction", "search", "stability")
+COMPUTING = ("backends", "bounds", "closed_form", "fibres", "intervals", "loops", "planner", "search", "stability")
 # Cases that compute as long; a claim about memory, which does not hold for a build with counters; and allocations that
 # fail where throws.cpp itself allocates.
 LEFT_OUT = ("millions of receptors*", "a march of a material in each cell under a sine takes at most*",

@@ -558,27 +558,6 @@ TEST_CASE("a sweep prints the warnings of every run, and its table has their fig
     CHECK(output::summary_of(folder / "s/2").at("greatest_gain") == std::stod(gains[1]));
 }
 
-TEST_CASE(
-    "plan, run and summary say which elements in series stand for a scene's; nothing where its own are computed") {
-    const Folder folder;
-    folder.write("sites.csv", "type,x,y\nsa1,10,6\nfa1,8,5\n");
-    const std::string scene = folder.write(
-        "scene.toml",
-        "tolerance = 1e-2\n[grid]\nwidth = 20\nheight = 12\n[material]\nelements = [{ modulus = 1, viscosity = "
-        "1e-4 }, { modulus = 2, viscosity = 0.25 }]\n[load]\nenvelope = \"ramp\"\nrise = 0.5\n[time]\nduration = "
-        "1\n[receptors]\nfa2_gains = [1, 0]\n[sites]\npath = \"sites.csv\"\n[output]\ntraces = []\n");
-    const std::string others =
-        "in place of 2 elements in series: elements = [{ modulus = 2, viscosity = 0.25 }], spring = 1\n";
-    CHECK(command(folder, "plan " + scene).out.find("       " + others) != std::string::npos);
-    const fs::path out = folder / "out";
-    const std::string run = "run " + scene + " --verbose --out " + out.string();
-    CHECK(command(folder, run).out.find("\n" + others) != std::string::npos);
-    CHECK(output::summary_of(out)["plan"]["elements"].dump() ==
-          R"([{"modulus":2.0,"viscosity":0.25},{"modulus":1.0,"viscosity":0.0}])");
-    CHECK(command(folder, run + " --set tolerance=1e-9").out.find("elements") == std::string::npos);
-    CHECK(slurp(out / "summary.json").find("\"elements\"") == std::string::npos);
-}
-
 TEST_CASE("plan says what a run would take, and why not the rest") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small);

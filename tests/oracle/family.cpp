@@ -94,16 +94,6 @@ Case Family::next() {
     return c;
 }
 
-Case Family::next_wide_chain(bool sites) {
-    Case c;
-    do c.scene = scene();
-    while (undecided(c.scene) || crowded(c.scene) || c.scene.method != Method::exact || !may_be_chain(c.scene));
-    take_chain(c.scene);
-    take_wide_chain(c.scene);
-    if (sites) take_sites_on_chain(c);
-    return c;
-}
-
 Case Family::next_sparse() {
     Case c;
     Scene& s = c.scene;

@@ -17,8 +17,6 @@ class Family : private Draw {
     Family(const Family&) = delete;
 
     Case next();
-    // Elements in series under a map and an envelope, or of sites alone. Some are more than a scene can tell apart.
-    Case next_wide_chain(bool sites);
     // Few steps or one, with a field of curvature and deformation: most cells and sites are not pressed, a recording
     // begins at rest, a method is not the exact one, or the load is a sum.
     Case next_sparse();

@@ -26,7 +26,6 @@ Verdict judge(const Case& c) {
         result = run(c.scene, Device::cpu(1));
         v.accepted = true;
         v.predicted = result.predicted_error;
-        v.reduced = result.reduced.size();
         v.unmeasured = std::isnan(result.measured_error);
         if (result.measured_error > result.predicted_error)
             v.failure = "the witnesses are off by more than the prediction";
@@ -97,7 +96,6 @@ void Survey::take(const Verdict& v, const std::string& line) {
     }
     ++accepted;
     kept += v.kept();
-    shortened += v.reduced > 0;
     below_prediction += v.below_prediction();
     if (!v.kept()) broken.push_back(line);
     if (!v.below_prediction()) exceeded.push_back(line);
@@ -133,10 +131,9 @@ std::string Survey::summary() const {
     std::ostringstream out;
     out << scenes << " scenes: " << accepted << " accepted, of which " << broken.size() << " break their tolerance and "
         << exceeded.size() << " exceed their prediction; prediction over measurement " << median_ratio()
-        << " in the median: " << median_ratios() << "; " << shortened << " of fewer elements in series; " << refused
-        << " refused; of " << free << " free ones with a tolerance from 1e-9 on " << refused_free << " refused, "
-        << wrongly_refused.size() << " wrongly; in " << unmeasured << " nothing was measured; " << failed.size()
-        << " failed otherwise";
+        << " in the median: " << median_ratios() << "; " << refused << " refused; of " << free
+        << " free ones with a tolerance from 1e-9 on " << refused_free << " refused, " << wrongly_refused.size()
+        << " wrongly; in " << unmeasured << " nothing was measured; " << failed.size() << " failed otherwise";
     return out.str();
 }
 

@@ -18,7 +18,6 @@ struct Verdict {
     dermis::Model model{};
     dermis::Precision precision{};
     bool unmeasured = false; // it is accepted, and Result::measured_error is NaN
-    size_t reduced = 0;      // elements in series of the run, where they are fewer than the scene's
     std::string failure;     // an error that is not about the tolerance, or a run that is not what was asked for
 
     bool kept() const { return measured.value <= tolerance; }
@@ -31,7 +30,6 @@ std::string text(const Verdict&, const dermis::Scene&);
 
 struct Survey {
     int scenes = 0, accepted = 0, kept = 0, below_prediction = 0;
-    int shortened = 0; // accepted runs of fewer elements in series than the scene's
     int refused = 0, free = 0, refused_free = 0, unmeasured = 0;
     std::vector<std::string> broken, exceeded, wrongly_refused, failed;
     std::map<std::string, std::vector<double>> ratios; // of prediction to measurement, where it is not 0, by arithmetic

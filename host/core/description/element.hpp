@@ -42,27 +42,6 @@ inline double strain_after(const Element& m, double stress, double T) {
     return is_elastic(m) ? final_strain(m, stress) : final_strain(m, -std::expm1(-z_of(m, T)) * stress);
 }
 
-// The modulus of two springs in series, or the viscosity of two dashpots in series.
-inline double in_series(double a, double b) { return 1 / (1 / a + 1 / b); }
-inline Element spring_of(const Element& m) { return {.modulus = m.modulus, .viscosity = 0}; }
-// The springs of two elements in series without their dashpots, or the dashpots without the springs, as one element.
-inline Element sum_of_springs(const Element& a, const Element& b) {
-    return {.modulus = in_series(a.modulus, b.modulus), .viscosity = 0};
-}
-inline Element sum_of_dashpots(const Element& a, const Element& b) {
-    return {.modulus = 0, .viscosity = in_series(a.viscosity, b.viscosity)};
-}
-// One element with the final strain of two in series. Its retardation time is their mean, weighted by final strain.
-inline Element merged(const Element& a, const Element& b) {
-    const double modulus = in_series(a.modulus, b.modulus);
-    const double tau = modulus * (a.viscosity / a.modulus / a.modulus + b.viscosity / b.modulus / b.modulus);
-    return {.modulus = modulus, .viscosity = modulus * tau};
-}
-// Whether both numbers are finite, and not both 0.
-inline bool is_finite(const Element& m) {
-    return std::isfinite(m.modulus) && std::isfinite(m.viscosity) && (m.modulus > 0 || m.viscosity > 0);
-}
-
 // The published study's element, which a material in a scene without units has by default.
 inline constexpr Element study_element{.modulus = 1.54, .viscosity = 1};
 

@@ -154,8 +154,7 @@ void bind_explanation(nb::module_& m) {
         .def_ro("bytes", &Candidate::bytes, "Greatest memory in use.")
         .def_ro("seconds", &Candidate::seconds, "An estimate to choose by.")
         .def_ro("error", &Candidate::error, "Upper bound of the error that tolerance limits; NaN: not needed.")
-        .def_ro("refused", &Candidate::refused, "The reason why it is not chosen; empty if it is.")
-        .def_ro("reduced", &Candidate::reduced, "Elements that are computed in place of the material's, or none.");
+        .def_ro("refused", &Candidate::refused, "The reason why it is not chosen; empty if it is.");
     nb::class_<Explanation>(m, "Explanation", "How run() would compute a scene.")
         .def(Pickled())
         .def_ro("candidates", &Explanation::candidates, "Cheapest first.")

@@ -17,7 +17,6 @@ static void to_json(Json& json, const Candidate& c) {
     DERMIS_KEYS(json, c, model, precision, device, steps, dispatches, flops);
     json["bytes_moved"] = c.traffic;
     DERMIS_KEYS(json, c, bytes, seconds, error, refused);
-    json["elements"] = c.reduced;
     empty_as_null(json, {"refused"});
 }
 

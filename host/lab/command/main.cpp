@@ -84,24 +84,6 @@ Device device_of(const Arguments& a) { return a.device == "auto" ? open_when_mar
 
 void print(const output::Json& answer) { fmt::print("{}\n", output::text_of(answer)); }
 
-// Elements in series as a scene has them.
-std::string in_series(const std::vector<KelvinVoigt>& chain) {
-    std::vector<std::string> elements, others;
-    for (const KelvinVoigt& e : chain)
-        if (e.viscosity == 0) others.push_back(fmt::format("spring = {:.6g}", e.modulus));
-        else if (e.modulus == 0) others.push_back(fmt::format("dashpot = {:.6g}", e.viscosity));
-        else elements.push_back(fmt::format("{{ modulus = {:.6g}, viscosity = {:.6g} }}", e.modulus, e.viscosity));
-    if (!elements.empty()) others.insert(others.begin(), fmt::format("elements = [{}]", fmt::join(elements, ", ")));
-    return fmt::format("{}", fmt::join(others, ", "));
-}
-
-// Prints which elements in series stand for a scene's, if fewer do.
-void print_reduced(const char* indent, const Scene& scene, const std::vector<KelvinVoigt>& reduced) {
-    if (reduced.empty()) return;
-    fmt::print("{}in place of {} elements in series: {}\n", indent, scene::chain_of(scene.material).size(),
-               in_series(reduced));
-}
-
 // Prints every candidate with its cost and error, and why it is taken or not.
 void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
     fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
@@ -131,7 +113,6 @@ void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
         if (c.steps)
             fmt::print("       {} steps, {} dispatches, {}flop, {}B moved, {}B of memory, about {:.2g} s\n", c.steps,
                        c.dispatches, engineering(c.flops), engineering(c.traffic), engineering(c.bytes), c.seconds);
-        print_reduced("       ", scene, c.reduced);
         if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
         if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
     }
@@ -175,7 +156,6 @@ void print_details(const Arguments& a, const Scene& s, const Result& r) {
                name(s.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
     if (a.check) fmt::print(" with the other backend and the comparison\n");
     else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
-    print_reduced("", s, r.reduced);
     fmt::print("tau = {} s, z = dt/tau = {}\n", span(r.tau_min, r.tau_max),
                span(s.time.step / r.tau_max, s.time.step / r.tau_min));
     if (r.model == Model::sites) return fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());

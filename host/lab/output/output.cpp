@@ -71,7 +71,6 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
     DERMIS_KEYS(plan, r, model);
     DERMIS_KEYS(plan, s, method);
     DERMIS_KEYS(plan, r, precision, predicted_error, measured_error, measured_cells, unmeasured);
-    if (!r.reduced.empty()) plan["elements"] = r.reduced;
     DERMIS_KEYS(json["grid"], s.grid, width, height);
     json["grid"]["spacing"] = known(s.grid.spacing.value_or(0), s.grid.spacing.has_value());
     DERMIS_KEYS(json, r, steps, left_out);

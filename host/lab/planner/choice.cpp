@@ -4,7 +4,6 @@
 #include "host/core/base/text.hpp"
 #include "host/lab/march/stepper.hpp"
 #include "host/lab/planner/bound.hpp"
-#include "host/lab/planner/reduction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -90,10 +89,6 @@ std::string ruled_out(const Candidate& c, const Request& r, const Backends& back
     return "";
 }
 
-const plan::Capabilities& backend_of(const Candidate& c, const Backends& backends) {
-    return c.model == Model::march && c.precision != Precision::f64 ? backends.opened : backends.cpu;
-}
-
 class ErrorBounds {
   public:
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule, std::optional<Peaks>& peaks)
@@ -102,30 +97,9 @@ class ErrorBounds {
     Worst of(const Candidate& c) {
         const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
         const Arithmetic kind = arithmetic_of(c.precision, separable);
-        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind, {});
+        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind);
         if (!parts_) parts_ = plan::in_parts({skin_, schedule_});
-        return worst(parts_->skin, parts_->schedule, kind, {});
-    }
-
-    // The same candidate with fewer elements in series, if fewer elements keep the tolerance.
-    std::optional<Candidate> reduced(const Candidate& c, double tolerance, const plan::Capabilities& backend) {
-        constexpr double share = 0.75; // of the tolerance, at most; the rest is left to arithmetic
-        if (!may_reduce(skin_, schedule_, c.model)) return {};
-        const bool impulses = c.model == Model::march;
-        std::optional<Replacement>& found = impulses ? of_march_ : of_sites_;
-        if (!found)
-            found = planner::reduced(skin_, schedule_,
-                                     {.error = share * tolerance, .seconds = c.seconds, .impulses = impulses},
-                                     [&]() -> const Peaks& { return peaks(); });
-        if (found->chain == skin_.materials) return {};
-        const std::vector<KelvinVoigt> elements = scene::listed(found->chain);
-        Material fewer = skin_.description.material;
-        scene::take_chain(fewer, elements);
-        const PreparedSkin skin = with_material(skin_, fewer);
-        Candidate shorter = costed(skin, schedule_, c.model, c.precision, backend);
-        shorter.reduced = elements;
-        shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found).error;
-        return shorter.error <= tolerance ? std::optional(shorter) : std::nullopt;
+        return worst(parts_->skin, parts_->schedule, kind);
     }
 
   private:
@@ -134,13 +108,8 @@ class ErrorBounds {
         return *peaks_;
     }
 
-    // by: the replacement that gave the skin fewer elements; empty for its own elements.
-    Worst worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
+    Worst worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
-        const auto widened = [](Bounds b, const Errors& replaced) {
-            for (size_t q = 0; q < replaced.size(); ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
-            return b;
-        };
         const auto of_cells = [&](const Arithmetic& as) {
             return whole ? bounds_of_cells(skin, schedule, as) : Bounds{};
         };
@@ -155,31 +124,16 @@ class ErrorBounds {
                 sure.sites[q] = std::max(sure.sites[q] - 2 * at.throughout[q], 0.0);
             }
         }
-        return worst_asked(skin, schedule, widened(cells, by.cells), widened(sites, by.sites), sure, kind.stored);
+        return worst_asked(skin, schedule, cells, sites, sure, kind.stored);
     }
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     std::optional<Peaks>& peaks_;            // empty until they are needed
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
-    std::optional<Replacement> of_march_, of_sites_;
 };
 
 bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && (c.model == Model::march || !r.model); }
-
-// Takes a dearer candidate instead, if fewer elements in series make it cheaper than the one taken.
-void take_cheaper(Explanation& e, size_t& taken, const Request& r, const Backends& backends, ErrorBounds& bounds) {
-    constexpr double most_saved = 1 - 1.0 / (scene::most_in_series + 1); // of a candidate's time
-    for (size_t i = taken + 1; i < e.candidates.size(); ++i) {
-        const Candidate c = e.candidates[i];
-        if ((1 - most_saved) * c.seconds >= e.candidates[taken].seconds) continue;
-        if (!c.refused.empty() || !ruled_out(c, r, backends).empty() || !(e.binding || is_unforced(c, r))) continue;
-        const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends));
-        if (!fewer || fewer->seconds >= e.candidates[taken].seconds) continue;
-        e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(taken), *fewer);
-        ++i;
-    }
-}
 
 // Refuses a tolerance that not even the best of the candidates keeps. rounds: all of its error is rounding.
 [[noreturn]] void refuse_tolerance(double tolerance, const Candidate& best, const Worst& worst, bool rounds) {
@@ -215,12 +169,6 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         const bool rough =
             c.model == Model::march || std::ranges::any_of(skin.parts, std::mem_fn(&plan::TimeGroup::rough));
         const bool unforced = is_unforced(c, r), binds = e.binding || (rough && unforced);
-        if (possible && !taken && (e.binding || unforced))
-            if (const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends))) {
-                e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(i), *fewer); // before the one of all elements
-                taken = i;
-                continue;
-            }
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
         if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c).error;
@@ -232,7 +180,6 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!nearest || c.error < e.candidates[*nearest].error) nearest = i;
         c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
     }
-    if (taken) take_cheaper(e, *taken, r, backends, bounds);
     if (!taken && nearest && e.binding) {
         const Candidate& best = e.candidates[*nearest];
         refuse_tolerance(e.tolerance, best, bounds.of(best), !r.baseline);

@@ -108,16 +108,16 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
         products_.emplace_back(chain, &elements_[i], schedule.time.duration);
 }
 
-bool CountedRun::next(bool impulses) {
+bool CountedRun::next() {
     while (timeline_.next(step_)) {
-        if (step_.leads() || (at_impulse() && !impulses)) continue; // they change neither strain nor integral
+        if (step_.leads() || step_.impulse >= 0) continue; // they change neither strain nor integral
         measured_ = references_.take(step_);
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
         if (step_.keep) {
             kept_ = now_;
             for (MeasuredCell& cell : products_) cell.keep();
         }
-        if (step_.trace >= 0 || step_.field >= 0 || (impulses && at_impulse())) return true;
+        if (step_.trace >= 0 || step_.field >= 0) return true;
     }
     return false;
 }

@@ -57,10 +57,8 @@ class CountedRun {
                const plan::Chain& chain = {}, bool product = false);
 
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
-    // impulses: also stops at the load's jumps, where rates and accelerations are the impulses.
-    bool next(bool impulses = false);
+    bool next();
     const plan::Step& step() const { return step_; }
-    bool at_impulse() const { return step_.impulse >= 0; }
     // The cell of each material at the end of that step.
     const std::vector<CountedCell>& cells() const { return now_; }
     // The error of a signal of the run of a product at the end of that step, beside its reference's error.

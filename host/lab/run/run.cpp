@@ -101,7 +101,7 @@ struct Realised {
     bool sites_alone() const { return decision.model == Model::sites; }
 };
 
-// The only place where a skin changes after it is prepared: fewer elements in series, parts and units.
+// The only place where a skin changes after it is prepared: parts and units.
 Realised realised(Prepared&& p, const Decision& d) {
     const Candidate& taken = d.taken();
     Realised r{.scene = std::move(p.scene),
@@ -114,11 +114,6 @@ Realised realised(Prepared&& p, const Decision& d) {
                .witness = {}};
     r.run.schedule.points.resize(r.run.schedule.output.probes.size() + r.run.skin.description.sites.size());
     if (d.explanation.binding && d.peaks) r.witness = witness_of(r.run, taken, *d.peaks);
-    if (!taken.reduced.empty()) {
-        Material fewer = r.run.skin.description.material;
-        scene::take_chain(fewer, taken.reduced);
-        r.run.skin = with_material(std::move(r.run.skin), fewer);
-    }
     if (taken.model == Model::march || !why_not_separable(r.run.skin, r.run.schedule).empty()) return r;
     r.run = in_units(in_parts(std::move(r.run)));
     const bool same_points = p.moments && p.moments->layers.front().points.size() == r.run.schedule.points.size();
@@ -148,7 +143,6 @@ class Run {
         result_.model = d.decision.model;
         result_.precision = d.decision.model == Model::march ? d.decision.precision : Precision::f64;
         result_.predicted_error = d.decision.error;
-        result_.reduced = d.decision.reduced;
         const Material& material = d.scene.material;
         const scene::TauRange tau =
             scene::tau_range(scene::is_uniform(material) ? scene::chain_of(material) : skin_.materials);
