@@ -126,16 +126,14 @@ struct Candidate {
     Precision precision = Precision::f32;
     std::string device;
     long long steps = 0, dispatches = 0;
-    double bytes = 0;   // greatest memory in use
-    double traffic = 0; // bytes moved by the whole run
-    double flops = 0;
-    double seconds = 0;          // an estimate from a table of rates, to choose by: no promise
+    double bytes = 0;            // greatest memory in use
+    double seconds = 0;          // an estimate from a table of rates
     double error = std::nan(""); // upper bound of the error that Scene::tolerance limits; NaN: not needed to choose
     std::string refused;         // the reason why it is not chosen; empty if it is
 };
 
 struct Explanation {
-    std::vector<Candidate> candidates; // cheapest first
+    std::vector<Candidate> candidates; // in the order in which they are tried
     size_t chosen = 0;                 // index into candidates
     double stencil_estimate = 0;       // 1/m: greatest |C5 - C4| at rest; no part of the errors here
     double greatest_curvature = 0;     // 1/m: greatest |C| at rest, the scale of the estimate

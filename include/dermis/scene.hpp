@@ -153,9 +153,11 @@ struct Output {
 };
 
 struct Scene : SkinDescription {
-    // Default: the cheapest that serves the scene; march if a Vulkan device, Precision::f32 or a check is asked for.
+    // Default: the first of moments, maps, sites and march that serves the scene and keeps the tolerance; march if a
+    // Vulkan device, Precision::f32 or a check is asked for.
     std::optional<Model> model;
-    // Default: chosen with the model. RunOptions::precision overrides it.
+    // Default: of march f32_compensated down to a tolerance of 1e-6 and f64 below, of other models f64.
+    // RunOptions::precision overrides it.
     std::optional<Precision> precision;
     // The greatest error that is allowed, > 0, for each output that is asked for: the greatest |X - X_exact| over all
     // numbers of the output, divided by the greatest |X_exact| over all cells and over all times of outputs and fields.

@@ -331,7 +331,7 @@ TEST_CASE("materials in a row give what each gives alone, and read the maps once
           std::string::npos);
 }
 
-TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the cheapest that can is taken") {
+TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the first that can is taken") {
     const auto why = [](const Scene& s) { return refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }); };
     Scene s = small_scene(8, 8);
     CHECK(int(run(s, Device::cpu()).model) == int(Model::moments));

@@ -59,7 +59,7 @@ DERMIS_MEMBERS(Result, time, traces, responses, impulses, fields, device, model,
 DERMIS_MEMBERS(Figure, value, least, greatest)
 DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration)
 DERMIS_MEMBERS(Relaxation, moduli, times, equilibrium)
-DERMIS_MEMBERS(Candidate, model, precision, device, steps, dispatches, bytes, traffic, flops, seconds, error, refused)
+DERMIS_MEMBERS(Candidate, model, precision, device, steps, dispatches, bytes, seconds, error, refused)
 DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, strain_between, fa1_between,
                tolerance, binding)
 DERMIS_MEMBERS(contact::Contact, x, y, force, radius, area)

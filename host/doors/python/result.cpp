@@ -152,12 +152,12 @@ void bind_explanation(nb::module_& m) {
         .def_ro("device", &Candidate::device)
         .def_ro("steps", &Candidate::steps)
         .def_ro("bytes", &Candidate::bytes, "Greatest memory in use.")
-        .def_ro("seconds", &Candidate::seconds, "An estimate to choose by.")
+        .def_ro("seconds", &Candidate::seconds, "An estimate from a table of rates.")
         .def_ro("error", &Candidate::error, "Upper bound of the error that tolerance limits; NaN: not needed.")
         .def_ro("refused", &Candidate::refused, "The reason why it is not chosen; empty if it is.");
     nb::class_<Explanation>(m, "Explanation", "How run() would compute a scene.")
         .def(Pickled())
-        .def_ro("candidates", &Explanation::candidates, "Cheapest first.")
+        .def_ro("candidates", &Explanation::candidates, "In the order in which they are tried.")
         .def_prop_ro(
             "chosen", [](const Explanation& e) { return e.candidates[e.chosen]; }, "The candidate that run() takes.")
         .def_ro("tolerance", &Explanation::tolerance)

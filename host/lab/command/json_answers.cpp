@@ -14,9 +14,7 @@ static void empty_as_null(Json& json, std::initializer_list<const char*> keys) {
 }
 
 static void to_json(Json& json, const Candidate& c) {
-    DERMIS_KEYS(json, c, model, precision, device, steps, dispatches, flops);
-    json["bytes_moved"] = c.traffic;
-    DERMIS_KEYS(json, c, bytes, seconds, error, refused);
+    DERMIS_KEYS(json, c, model, precision, device, steps, dispatches, bytes, seconds, error, refused);
     empty_as_null(json, {"refused"});
 }
 

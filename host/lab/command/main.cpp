@@ -111,8 +111,8 @@ void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
         if (c.steps)
-            fmt::print("       {} steps, {} dispatches, {}flop, {}B moved, {}B of memory, about {:.2g} s\n", c.steps,
-                       c.dispatches, engineering(c.flops), engineering(c.traffic), engineering(c.bytes), c.seconds);
+            fmt::print("       {} steps, {} dispatches, {}B of memory, about {:.2g} s\n", c.steps, c.dispatches,
+                       engineering(c.bytes), c.seconds);
         if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
         if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
     }

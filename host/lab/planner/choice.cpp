@@ -3,7 +3,6 @@
 
 #include "host/core/base/text.hpp"
 #include "host/lab/march/stepper.hpp"
-#include "host/lab/planner/bound.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,31 +52,15 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
     if (r.check) refuse("precision", "f64", "a check of backends compares f32");
 }
 
-// The candidates in the order of their seconds. everything: also candidates that cannot serve, with the reason.
-std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& schedule, const Backends& backends,
-                                  bool everything) {
-    std::vector<Candidate> all;
-    for (Model m : {Model::moments, Model::maps, Model::sites}) {
-        const std::string why = why_not(skin, schedule, m);
-        if (why.empty()) all.push_back(costed(skin, schedule, m, Precision::f64, backends.cpu));
-        else if (everything) {
-            all.push_back({m, Precision::f64, backends.cpu.name});
-            all.back().refused = why;
-        }
-    }
-    const std::string why = why_not(skin, schedule, Model::march);
-    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64}) {
-        const plan::Capabilities& backend = p == Precision::f64 ? backends.cpu : backends.opened;
-        if (!why.empty() && !everything) continue;
-        all.push_back(costed(skin, schedule, Model::march, p, backend));
-        all.back().refused = why;
-    }
-    std::ranges::stable_sort(all, [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
-    return all;
-}
+// The models in the order in which they are tried, a march in compensated float before double. Plain float is only
+// asked for.
+constexpr std::pair<Model, Precision> in_turn[] = {
+    {Model::moments, Precision::f64},           {Model::maps, Precision::f64},  {Model::sites, Precision::f64},
+    {Model::march, Precision::f32_compensated}, {Model::march, Precision::f64}, {Model::march, Precision::f32}};
+constexpr double least_in_float = 1e-6; // the least tolerance for which float is tried
 
 // The reason why the request rules a candidate out; empty where it does not.
-std::string ruled_out(const Candidate& c, const Request& r, const Backends& backends) {
+std::string ruled_out(const Candidate& c, const Request& r, double tolerance, const Backends& backends) {
     const bool march = c.model == Model::march;
     if (r.model && c.model != *r.model) return std::string("model = ") + name(*r.model) + " is asked for";
     if (r.precision && c.precision != *r.precision)
@@ -86,36 +69,38 @@ std::string ruled_out(const Candidate& c, const Request& r, const Backends& back
     if (r.on_device && !r.model && !march) return "a Vulkan device is asked for, which marches";
     if (r.on_device && march && c.precision == Precision::f64 && !backends.opened.f64)
         return "f64 on the CPU path alone";
+    if (!r.precision && c.precision == Precision::f32) return "precision = f32 is not asked for";
+    const bool only = r.check || (r.on_device && !backends.opened.f64); // no other precision can serve
+    if (!r.precision && c.precision == Precision::f32_compensated && tolerance < least_in_float && !only)
+        return "the tolerance is below " + shortest(least_in_float) + ", so that double is taken";
     return "";
 }
 
 class ErrorBounds {
   public:
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule, std::optional<Peaks>& peaks)
-        : skin_(skin), schedule_(schedule), peaks_(peaks) {}
+        : skin_(skin), schedule_(schedule), peaks_(peaks), separable_(why_not_separable(skin, schedule).empty()) {}
 
-    Worst of(const Candidate& c) {
-        const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
+    const Worst& of(const Candidate& c) {
+        const bool separable = c.model != Model::march && separable_;
+        std::optional<Worst>& known = known_[separable ? 0 : 1 + size_t(c.precision)];
+        if (known) return *known;
+        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
         const Arithmetic kind = arithmetic_of(c.precision, separable);
-        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind);
-        if (!parts_) parts_ = plan::in_parts({skin_, schedule_});
-        return worst(parts_->skin, parts_->schedule, kind);
+        if (!separable || skin_.uniform()) return known.emplace(worst(skin_, schedule_, kind));
+        const plan::PreparedRun parts = plan::in_parts({skin_, schedule_}); // of the same strain
+        return known.emplace(worst(parts.skin, parts.schedule, kind));
     }
 
   private:
-    const Peaks& peaks() {
-        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        return *peaks_;
-    }
-
-    Worst worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
+    Worst worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) const {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
         const auto of_cells = [&](const Arithmetic& as) {
             return whole ? bounds_of_cells(skin, schedule, as) : Bounds{};
         };
         const auto of_sites = [&](const Arithmetic& as) { return bounds_of_sites(skin, schedule, as); };
         const Bounds cells = of_cells(kind), sites = of_sites(kind);
-        Peaks sure = peaks();
+        Peaks sure = *peaks_;
         if ((kind.separable || !kind.single) && schedule.method == Method::exact) { // peaks are of a march in double
             const Arithmetic march = arithmetic_of(Precision::f64, false);
             const Bounds of = kind.separable ? of_cells(march) : cells, at = kind.separable ? of_sites(march) : sites;
@@ -129,8 +114,9 @@ class ErrorBounds {
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
-    std::optional<Peaks>& peaks_;            // empty until they are needed
-    std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
+    std::optional<Peaks>& peaks_; // empty until they are needed
+    const bool separable_;
+    std::array<std::optional<Worst>, 4> known_; // of products; of marches and sites in each precision
 };
 
 bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && (c.model == Model::march || !r.model); }
@@ -150,6 +136,15 @@ bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && 
                 "tolerance = " + shortest(tolerance) + "; attainable here: " + attainable);
 }
 
+// Adds what is known of the skin without a run.
+void describe(Explanation& e, const PreparedSkin& skin, const Schedule& schedule) {
+    const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
+    e.stencil_estimate = at_rest.greatest;
+    e.greatest_curvature = at_rest.curvature;
+    if (!why_not_separable(skin, schedule).empty()) return;
+    for (const plan::TimeGroup& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
+}
+
 } // namespace
 
 Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Request& r, const Backends& backends,
@@ -158,27 +153,32 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     Explanation e;
     e.binding = r.tolerance.has_value();
     e.tolerance = r.tolerance.value_or(default_tolerance);
-    e.candidates = candidates(skin, schedule, backends, everything);
     ErrorBounds bounds(skin, schedule, peaks);
     std::optional<size_t> taken, nearest;
-    for (size_t i = 0; i < e.candidates.size() && (everything || !taken); ++i) {
-        Candidate& c = e.candidates[i];
+    for (const auto& [model, precision] : in_turn) {
+        if (taken && !everything) break;
+        const bool march = model == Model::march, in_float = march && precision != Precision::f64;
+        const plan::Capabilities& backend = in_float ? backends.opened : backends.cpu;
+        const size_t i = e.candidates.size();
+        Candidate& c = e.candidates.emplace_back(Candidate{model, precision, backend.name});
+        c.refused = why_not(skin, schedule, model);
+        if (everything && c.refused.empty()) estimate_cost(c, skin, schedule, backend);
         if (!c.refused.empty()) continue;
-        c.refused = ruled_out(c, r, backends);
+        c.refused = ruled_out(c, r, e.tolerance, backends);
         const bool possible = c.refused.empty();
-        const bool rough =
-            c.model == Model::march || std::ranges::any_of(skin.parts, std::mem_fn(&plan::TimeGroup::rough));
-        const bool unforced = is_unforced(c, r), binds = e.binding || (rough && unforced);
+        const bool rough = march || std::ranges::any_of(skin.parts, std::mem_fn(&plan::TimeGroup::rough));
+        const bool binds = e.binding || (rough && is_unforced(c, r));
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
-        if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c).error;
-        if (!possible || taken) continue;
-        if (!binds || c.error <= e.tolerance) {
+        if (everything || (possible && (binds || forced))) c.error = bounds.of(c).error;
+        if (!possible || taken) {
+            if (possible) c.refused = "another one that keeps the tolerance comes first";
+        } else if (!binds || c.error <= e.tolerance) {
             taken = i;
-            continue;
+        } else {
+            if (!nearest || c.error < e.candidates[*nearest].error) nearest = i;
+            c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
         }
-        if (!nearest || c.error < e.candidates[*nearest].error) nearest = i;
-        c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
     }
     if (!taken && nearest && e.binding) {
         const Candidate& best = e.candidates[*nearest];
@@ -186,15 +186,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     }
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
-    for (size_t i = 0; i < e.candidates.size(); ++i)
-        if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;
-    if (!everything) return e;
-    const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
-    e.stencil_estimate = at_rest.greatest;
-    e.greatest_curvature = at_rest.curvature;
-    if (!why_not_separable(skin, schedule).empty()) return e;
-    for (const plan::TimeGroup& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
+    if (everything) describe(e, skin, schedule);
     return e;
 }
 

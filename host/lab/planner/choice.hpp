@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The choice of a model and precision for a scene: the cheapest that keeps the tolerance.
+// The choice of a model and precision for a scene: moments, else maps, else sites, else a march, in compensated float
+// down to a tolerance of 1e-6 and in double below. The first of these whose bound keeps the tolerance is taken.
 #pragma once
 
 #include "dermis/run.hpp"
@@ -23,10 +24,11 @@ struct Backends {
     plan::Capabilities opened, cpu;
 };
 
-// What running a schedule by one model costs: steps, memory, traffic, seconds. It serves to choose, it is no promise.
-Candidate costed(const plan::PreparedSkin&, const plan::Schedule&, Model, Precision, const plan::Capabilities&);
+// Adds what running a schedule by a candidate costs: steps, memory, seconds. An estimate to show, by which nothing is
+// chosen.
+void estimate_cost(Candidate&, const plan::PreparedSkin&, const plan::Schedule&, const plan::Capabilities&);
 
-// Explanation::chosen is the decision. everything: also the costs and errors of candidates that are not chosen. Throws
+// Explanation::chosen is the decision. everything: also the costs and errors of all candidates. Throws
 // Error::bad_input for a model, precision or tolerance that cannot be had. peaks: where a bound was needed, it is set
 // to the values that the bound is relative to.
 Explanation choose(const plan::PreparedSkin&, const plan::Schedule&, const Request&, const Backends&, bool everything,

@@ -16,8 +16,6 @@ using plan::Schedule;
 void cost_quotient(Candidate& c, const PreparedSkin& skin) {
     if (skin.uniform()) return;
     const double cells = double(skin.cells());
-    c.traffic += 32 * cells;
-    c.flops += cells;
     c.bytes += 12 * cells + 24 * double(skin.materials.size()); // with each cell's number, and the table of elements
     c.seconds += 4e-9 * cells;
 }
@@ -37,8 +35,6 @@ void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedu
     const double cells = double(skin.cells()), steps = double(c.steps);
     const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
     const double products = double(schedule.products()), parts = std::max(products, double(skin.parts.size()));
-    c.traffic = cells * (16 + 16 * parts + 40 * fields);
-    c.flops = cells * (20 + 20 * parts + 6 * fields) + steps * parts * (250 + 10 * points);
     c.bytes = cells * (8 + 8 * parts + 8 * fields);
     c.seconds = cells * (5e-9 + 1e-8 * parts + 4e-9 * fields) + steps * parts * (2e-7 + 2e-9 * points);
     if (products > 1) { // each is bent by all; extremes are of all cells at every output
@@ -54,8 +50,6 @@ void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const double needed = double(plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
     const bool separable = why_not_separable(skin, schedule).empty();
     const double elements = separable ? 1 : double(skin.chain.elements()); // each of which is stepped by itself
-    c.traffic = needed * steps * 48 * elements;
-    c.flops = (needed * steps * 20 + points * steps * 40) * elements;
     c.bytes = cells * 16 + needed * 64 * elements + points * 300;
     c.seconds = separable ? points * double(schedule.products()) * (3e-7 + steps * 1e-8)
                           : steps * (needed * 4e-9 + points * 10e-9) * elements / cpu.threads;
@@ -107,11 +101,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const double held = buffered ? pressure + 1 + 2 * state + responses + (schedule.derives ? 3 : 0) // S, C, D
                                  : pressure + 1 + (peeks ? 2 : 1) * state + (schedule.keeps_maps ? responses : 0);
     const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3 * real;
-    c.traffic = steps * (buffered ? 0 : tiles) +
-                pressed * steps * real *
-                    ((pressure + 1 + 2 * state) / batch + (buffered || schedule.keeps_maps ? responses / batch : 0));
     const double more = double(skin.chain.elements()) - 1; // elements in series
-    c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52) + pressed * steps * 14 * more;
     // Surface, pressure and the strain at the end are in double.
     c.bytes = cells * (16 + 8) + real * double(skin.padded_cells()) * held + tiles * batch;
     c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step *
@@ -125,19 +115,14 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
 
 } // namespace
 
-Candidate costed(const PreparedSkin& skin, const Schedule& schedule, Model model, Precision precision,
-                 const plan::Capabilities& backend) {
-    Candidate c;
-    c.model = model;
-    c.precision = precision;
-    c.device = backend.name;
+void estimate_cost(Candidate& c, const PreparedSkin& skin, const Schedule& schedule,
+                   const plan::Capabilities& backend) {
     c.steps = schedule.outputs + (schedule.sequence ? std::max(0LL, schedule.sequence->maps() - schedule.outputs) : 0) +
               static_cast<long long>(schedule.field_times.size());
-    if (model == Model::moments || model == Model::maps) cost_moments(c, skin, schedule);
-    else if (model == Model::sites) cost_sites(c, skin, schedule, backend);
+    if (c.model == Model::moments || c.model == Model::maps) cost_moments(c, skin, schedule);
+    else if (c.model == Model::sites) cost_sites(c, skin, schedule, backend);
     else cost_march(c, skin, schedule, backend);
-    if (model != Model::march) cost_depths(c, skin, schedule);
-    return c;
+    if (c.model != Model::march) cost_depths(c, skin, schedule);
 }
 
 } // namespace dermis::planner
