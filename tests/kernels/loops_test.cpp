@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: threads long
 // The loops of every instruction set that this processor has, in every variant, against the plain ones.
+#include "host/core/cpu/backend.hpp"
 #include "host/core/cpu/planes.hpp"
 #include "host/core/cpu/stream.hpp"
 #include "host/core/simd/isa.hpp"
@@ -26,13 +27,12 @@ struct Seen {
 // together: maps are read at the end alone, so that steps may be taken together.
 Seen seen(const plan::PreparedRun& run, Precision precision, int threads, const simd::Isa& isa, bool together = false) {
     Seen all;
-    const auto stepper = cpu::stepper(
-        run.skin, run.schedule, precision, threads,
-        [&](auto&, const plan::Sample& sample) {
+    cpu::CpuBackend backend(threads, isa);
+    const auto stepper =
+        plan::march(backend, run.skin, run.schedule, precision, [&](auto&, const plan::Sample& sample) {
             for (const plan::Totals& t : sample.totals) all.totals.insert(all.totals.end(), {t.mean, t.min, t.max});
             all.totals.insert(all.totals.end(), sample.points.begin(), sample.points.end());
-        },
-        isa);
+        });
     plan::Timeline timeline(run.schedule, run.skin);
     std::vector<std::vector<double>> maps;
     double turn = 1;

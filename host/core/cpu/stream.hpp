@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A skin pressed frame by frame on the CPU path, in f32.
+// A skin on the CPU path: pressed frame by frame, in f32, or by a run.
 #pragma once
 
 #include "host/core/cpu/cells.hpp"
@@ -46,6 +46,8 @@ class FramePress {
     std::vector<CellsPress<f32>> presses_; // not yet pressed
 };
 
+// The march of a run. threads: 0 = one per core.
+std::unique_ptr<plan::March> march(const plan::MarchPlan&, int threads, const simd::Isa&);
 // A stream of a batch of pads, or of a single skin as one pad. Each thread takes whole pads.
 std::unique_ptr<plan::Stream> pad_stream(const plan::StreamedSkin&, int threads, const simd::Isa&);
 // The stream that is faster for this skin or batch. threads: 0 = one per core.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The interface of a backend: the CPU path, or a Vulkan device.
+// The interface of a backend, the CPU path or a Vulkan device: its Stream presses frames, its March takes the steps of
+// a run.
 #pragma once
 
 #include "host/core/model/fibres.hpp"
 #include "host/core/model/streamed_skin.hpp"
+#include "host/core/model/totals.hpp"
 
 #include <memory>
 #include <vector>
@@ -72,6 +74,81 @@ class Stream {
 
   private:
     std::vector<float> frames_; // of take_cells()
+};
+
+// The number of steps that the CPU path takes at once in a march, while a band of rows is in a cache.
+constexpr size_t steps_of_batch = 8;
+
+// The strain and the responses at the end of one step, over all cells and in the points of a march.
+struct Sample {
+    std::array<Totals, REDUCED_MAPS> totals;
+    std::vector<double> points; // [quantity][point]
+};
+
+// The coefficients of a step. A march asks for them on its threads, in its own precision.
+class StepCoefficients {
+  public:
+    virtual ~StepCoefficients() = default;
+    // Write the table of all materials.
+    virtual void fill(std::vector<f32::Coefficients>&) const = 0;
+    virtual void fill(std::vector<f64::Coefficients>&) const = 0;
+    // Write the coefficients of each cell of a row, if there are too many materials for a table
+    // (PreparedSkin::differs_everywhere). material: the cells' indices, as in PreparedSkin::material_of.
+    virtual void fill_row(const int* material, int cells, f32::Coefficients* row) const = 0;
+    virtual void fill_row(const int* material, int cells, f64::Coefficients* row) const = 0;
+};
+
+// A step of a march. The pressure is a map times start + rise*t + jump or, framed, runs between the last two frames;
+// see Constants in kernels/layout.h.
+struct MarchStep {
+    std::shared_ptr<const StepCoefficients> coefficients; // equal pointers mean equal numbers
+    double start = 0, rise = 0, jump = 0;
+    bool keep = true; // the state advances; otherwise the next step starts from where this one did
+    bool respond = false;
+    Sample* sample = nullptr; // the caller's, filled by March::settle(); null: not asked for
+};
+
+// The constants of a step. skin: those of every step; k: the step's first coefficients.
+template <class K>
+typename K::Constants constants_of(const typename K::Constants& skin, const typename K::Coefficients* k,
+                                   const MarchStep& step) {
+    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
+    typename K::Constants c = skin;
+    if (k) c.coefficients = *k;
+    c.start = r(step.start);
+    c.rise = r(step.rise);
+    c.jump = r(step.jump);
+    c.respond = step.respond;
+    return c;
+}
+
+// What a march is made for. References outlive it.
+struct MarchPlan {
+    const PreparedSkin& skin;
+    Variant variant;
+    Precision precision = Precision::f32;
+    PressedBox pressed;
+    const std::vector<double>& pressure; // Pa, width*height: the map that steps scale; unused if framed
+    const std::vector<Cell>& points;
+    bool keeps_maps = false, derives = false; // maps() is asked for responses; for curvature and deformation
+};
+
+// One skin, stepped by a run.
+class March {
+  public:
+    virtual ~March() = default;
+    // Framed: from the next step on the pressure runs to this map (width*height, Pa) from the previous one, at first
+    // from 0.
+    virtual void frame(const std::vector<double>& pressure) = 0;
+    // Takes a step at once, or later together with others. Returns whether no step waits any more.
+    virtual bool press(const MarchStep&) = 0;
+    // Takes all steps that wait, and fills their samples. Returns the bits simd::strain_changed and
+    // simd::integral_changed of the last step; all bits if they are not known.
+    virtual int settle() = 0;
+    // Returns maps at the end of the last step, rows a pitch apart, of floats or, in f64, of doubles. They last until
+    // the next step or call.
+    virtual std::vector<const void*> maps(const std::vector<Quantity>&) = 0;
+    virtual long long dispatches() const { return 0; }
 };
 
 class Backend {

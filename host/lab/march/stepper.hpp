@@ -2,19 +2,10 @@
 // The interface of every model in a run: it takes the steps of a schedule and delivers the samples at their ends.
 #pragma once
 
-#include "host/core/model/totals.hpp"
+#include "host/core/model/stream.hpp"
 #include "host/lab/schedule/timeline.hpp"
 
 namespace dermis::plan {
-
-// The number of steps that the CPU path takes at once in a march, while a band of rows is in a cache.
-constexpr size_t steps_of_batch = 8;
-
-// The strain and the responses at the end of one step, over all cells and in the points of the schedule.
-struct Sample {
-    std::array<Totals, REDUCED_MAPS> totals;
-    std::vector<double> points; // [quantity][point]
-};
 
 // The error |C5 - C4| of a five-point curvature, for the skin under the strain shape*scale.
 struct StencilEstimate {

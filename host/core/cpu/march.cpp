@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+// The steps of a run, for all cells of one skin, in K = f32 or f64.
+#include "host/core/base/float_environment.hpp"
+#include "host/core/cpu/cells.hpp"
+#include "host/core/cpu/stream.hpp"
+#include "host/core/model/laplacian.hpp"
+
+namespace dermis::cpu {
+namespace {
+
+template <class K> class BandMarch : public plan::March {
+  public:
+    using real = typename K::real;
+
+    BandMarch(const plan::MarchPlan& plan, int threads, const simd::Isa& isa)
+        : plan_(plan), skin_(plan.skin), isa_(isa), constants_(plan::constants_of<K>(skin_, plan.pressed)),
+          cells_(skin_, plan.variant, plan.pressed, threads, isa, plan.points),
+          rest_(plan::padded_rest_curvature<real>(skin_)) {
+        if (plan.variant.framed) pressure(0) = pressure(1) = std::vector<real>(skin_.padded_cells());
+        else pressure(0) = plan::padded<real>(plan.pressure, skin_, "load.intensity");
+        for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+            if (plan.variant.wanted[size_t(q)] && plan.keeps_maps) make_response(q);
+        batch_.reserve(slots_.size());
+    }
+
+    void frame(const std::vector<double>& map) override {
+        ++to_;
+        if (waiting_ > 0 && slots_[0].from + frames_kept <= to_) settle(); // the frame's memory is used again
+        pressure(to_) = plan::padded<real>(map, skin_, "load.intensity", std::move(pressure(to_)));
+    }
+
+    bool press(const plan::MarchStep& step) override {
+        slots_[waiting_].from = to_ - 1;
+        slots_[waiting_++].step = step;
+        if (waiting_ < slots_.size()) return false;
+        settle();
+        return true;
+    }
+
+    int settle() override {
+        const size_t count = std::exchange(waiting_, 0);
+        if (count == 0) return changed_;
+        const DefaultFloats guard;
+        const auto each_slot = [&](auto f) {
+            cells_.pool().share(int(count), [&](int first, int last) {
+                for (int i = first; i < last; ++i) f(slots_[size_t(i)]);
+            });
+        };
+        each_slot([this](Slot& slot) { make_coefficients(slot); });
+        batch_.clear(); // a call that ran out of memory has left some
+        for (size_t i = 0; i < count; ++i) batch_.push_back(prepared(slots_[i], i + 1 == count));
+        std::array<int, plan::steps_of_batch> changed;
+        cells_.press(batch_, changed);
+        each_slot([this](Slot& slot) { total(slot); });
+        return changed_ = changed[count - 1];
+    }
+
+    std::vector<const void*> maps(const std::vector<Quantity>& what) override {
+        settle();
+        const DefaultFloats guard;
+        std::vector<const void*> maps;
+        for (Quantity q : what)
+            maps.push_back(q == Quantity::strain     ? cells_.strain()
+                           : q < Quantity::curvature ? response(size_t(q)).data()
+                                                     : derived(q));
+        return maps;
+    }
+
+  private:
+    // A step of a batch, with its coefficients.
+    struct Slot {
+        plan::MarchStep step;
+        size_t from; // the frame that the pressure runs from
+        typename K::Constants constants;
+        std::vector<typename K::Coefficients> table;                  // of the materials
+        std::shared_ptr<const plan::StepCoefficients> table_of;       // what it was made from
+        std::function<void(int, typename K::Coefficients*)> fill_row; // where there is no table
+        std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles;
+    };
+
+    void make_coefficients(Slot& slot) const {
+        if (skin_.differs_everywhere()) {
+            slot.fill_row = [this, &slot](int y, typename K::Coefficients* of_row) {
+                slot.step.coefficients->fill_row(skin_.material_of.data() + row(y), skin_.width(), of_row);
+            };
+        } else if (slot.step.coefficients != slot.table_of) {
+            slot.table_of = slot.step.coefficients;
+            slot.table_of->fill(slot.table);
+        }
+    }
+
+    CellsPress<K> prepared(Slot& slot, bool last) {
+        const plan::MarchStep& step = slot.step;
+        slot.constants = plan::constants_of<K>(constants_, skin_.tabled() ? nullptr : slot.table.data(), step);
+        CellsPress<K> p{.constants = slot.constants,
+                        .table = slot.table.data(),
+                        .fill_row = skin_.differs_everywhere() ? &slot.fill_row : nullptr,
+                        .pressure = pressure(slot.from).data(),
+                        .pressure_to = plan_.variant.framed ? pressure(slot.from + 1).data() : nullptr,
+                        .rest_curvature = rest_.data(),
+                        .keep = step.keep,
+                        .response_pitch = size_t(skin_.pitch)};
+        for (size_t i = 0; last && i < RESPONSE_MAPS; ++i) p.response[i] = response_[i].data();
+        if (!step.sample) return p;
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            if (!plan_.variant.wanted[q]) continue;
+            slot.tiles[q].resize(size_t(skin_.height()) * size_t(skin_.tiles));
+            p.tiles[q] = slot.tiles[q].data();
+        }
+        step.sample->points.assign(REDUCED_MAPS * plan_.points.size(), 0);
+        p.points = step.sample->points.data();
+        return p;
+    }
+
+    void total(Slot& slot) const {
+        for (size_t q = 0; slot.step.sample && q < REDUCED_MAPS; ++q)
+            if (plan_.variant.wanted[q])
+                slot.step.sample->totals[q] =
+                    plan::total_of<K>(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells(), isa_);
+    }
+
+    std::vector<real>& pressure(size_t frame) { return pressure_[frame % frames_kept]; }
+    size_t row(int y) const { return size_t(y) * size_t(skin_.pitch); }
+    Plane<real>& response(size_t q) { return response_[q - QUANTITY_SA1]; }
+
+    // Cells that are pressed begin as NaN, so that one which is read before it is written shows.
+    void make_response(int q) {
+        Plane<real>& map = response(size_t(q));
+        map = Plane<real>(skin_.padded_cells(), response_place(skin_.chain) + q - QUANTITY_SA1);
+        const plan::PressedBox& box = plan_.pressed;
+        for (int y = box.first_row; y < box.last_row; ++y)
+            std::fill(map.row(y, skin_.pitch) + box.first_column(),
+                      map.row(y, skin_.pitch) + box.last_column(skin_.width()), std::numeric_limits<real>::quiet_NaN());
+    }
+
+    void derive(Quantity q, int y, real* out) const {
+        const typename K::Constants& c = constants_;
+        const real* eps = cells_.strain();
+        if (q == Quantity::deformation) {
+            std::vector<double> surface(size_t(c.width));
+            plan::surface_row(skin_, y, surface.data());
+            for (int x = 0; x < c.width; ++x)
+                out[x] = K::flush(K::deformation_of(real(surface[size_t(x)]), eps[row(y) + size_t(x)], c.thickness));
+            return;
+        }
+        const auto rows = simd::neighbours<real>(y, c.width, c.height, skin_.stencil, skin_.edges,
+                                                 [&](int i) { return eps + row(i); });
+        isa_.of<K>().laplacian(rows, 0, c.width, out);
+        for (int x = 0; x < c.width; ++x) out[x] = K::flush(K::curvature_of(rest_[row(y) + size_t(x)], out[x], c.bend));
+    }
+
+    const real* derived(Quantity q) {
+        std::vector<real>& map = derived_[q == Quantity::curvature];
+        map.resize(skin_.padded_cells());
+        for (int y = 0; y < skin_.height(); ++y) derive(q, y, map.data() + row(y));
+        return map.data();
+    }
+
+    static constexpr size_t frames_kept = plan::steps_of_batch + 1;
+    const plan::MarchPlan plan_;
+    const plan::PreparedSkin& skin_;
+    const simd::Isa& isa_;
+    const typename K::Constants constants_; // of every step
+    Cells<K> cells_;
+    std::array<std::vector<real>, frames_kept> pressure_; // of the last frames; without frames the first alone
+    size_t to_ = 1;                                       // the frame given last; frames 0 and 1 are the skin at rest
+    std::vector<real> rest_;                              // L(S)
+    std::array<Plane<real>, RESPONSE_MAPS> response_;
+    std::array<std::vector<real>, 2> derived_;     // deformation and curvature, where they are read
+    std::array<Slot, plan::steps_of_batch> slots_; // of steps that wait, in order
+    std::vector<CellsPress<K>> batch_;
+    size_t waiting_ = 0; // steps that wait to be taken in one batch
+    int changed_ = ~0;   // the bits of the last step
+};
+
+} // namespace
+
+std::unique_ptr<plan::March> march(const plan::MarchPlan& plan, int threads, const simd::Isa& isa) {
+    const DefaultFloats guard; // threads inherit it
+    threads = simd::useful_threads(plan.skin.cells(), threads);
+    if (plan.precision == Precision::f64) return std::make_unique<BandMarch<f64>>(plan, threads, isa);
+    return std::make_unique<BandMarch<f32>>(plan, threads, isa);
+}
+
+} // namespace dermis::cpu
