@@ -17,11 +17,13 @@ class CpuBackend : public plan::Backend {
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
         return cpu::stream(skin, threads_, isa_);
     }
+    std::unique_ptr<plan::March> march(const plan::MarchPlan& plan) override {
+        return cpu::march(plan, threads_, isa_);
+    }
     std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
                                                        size_t pads) override {
         return std::make_unique<Fibres<f32>>(kinds, pads, threads_, isa_);
     }
-    const simd::Isa& isa() const { return isa_; }
 
   private:
     const int threads_;

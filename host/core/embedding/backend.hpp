@@ -3,6 +3,7 @@
 
 #include "host/core/embedding/runner.hpp"
 #include "host/core/vulkan/fibres_kernel.hpp"
+#include "host/core/vulkan/march.hpp"
 
 namespace dermis::vulkan {
 
@@ -19,6 +20,10 @@ class VulkanBackend : public plan::Backend {
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
         const Use use = context_->need_working();
         return std::make_unique<SkinRunner>(context_, skin);
+    }
+    std::unique_ptr<plan::March> march(const plan::MarchPlan& plan) override {
+        const Use use = context_->need_working();
+        return vulkan::march(plan, context_);
     }
     std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
                                                        size_t pads) override {

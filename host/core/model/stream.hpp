@@ -157,6 +157,9 @@ class Backend {
     virtual std::string name() const = 0;
     virtual int threads() const = 0; // host threads that share the work; 0: none
     virtual std::unique_ptr<Stream> stream(const StreamedSkin&) = 0;
+    // Throws Error::bad_input if a value or size is beyond the backend's limits, before anything is allocated on a
+    // device.
+    virtual std::unique_ptr<March> march(const MarchPlan&) = 0;
     // Nerve fibres in each of so many pads. Throws Error::device, and Error::no_device where they have other bits than
     // on the CPU path.
     virtual std::unique_ptr<FibrePopulation<f32>> fibres(const std::vector<FibreKind>&, size_t pads) = 0;

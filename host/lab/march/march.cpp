@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/march/march.hpp"
 
-#include "host/core/cpu/backend.hpp"
 #include "host/lab/march/capabilities.hpp"
 #include "host/lab/march/self_test.hpp"
 
@@ -160,12 +159,6 @@ Capabilities capabilities_of(const Backend& backend) {
 
 std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const Schedule& schedule,
                                Precision precision, Stepper::Sink sink) {
-#ifdef DERMIS_VULKAN
-    if (const auto* vulkan = dynamic_cast<vulkan::VulkanBackend*>(&backend)) {
-        const vulkan::Use use = vulkan->context()->need_working();
-        return vulkan::stepper(skin, schedule, precision, vulkan->context(), std::move(sink));
-    }
-#endif
     const Variant variant = variant_of(skin, schedule, precision);
     const MarchPlan plan{.skin = skin,
                          .variant = variant,
@@ -175,9 +168,7 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
                          .points = schedule.points,
                          .keeps_maps = schedule.keeps_maps,
                          .derives = schedule.derives};
-    const auto& cpu = dynamic_cast<cpu::CpuBackend&>(backend);
-    return std::make_unique<MarchStepper>(cpu::march(plan, cpu.threads(), cpu.isa()), skin, variant, precision,
-                                          std::move(sink));
+    return std::make_unique<MarchStepper>(backend.march(plan), skin, variant, precision, std::move(sink));
 }
 
 } // namespace plan

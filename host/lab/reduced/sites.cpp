@@ -30,7 +30,10 @@ class Sites : public plan::Stepper {
     void frame(const std::vector<double>& pressure) override { stepper_.frame(pressure); }
 
     void press(const plan::Step& step) override {
-        f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed, step);
+        f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed);
+        c.start = step.constant_start();
+        c.rise = step.constant_rise();
+        c.jump = step.jump;
         if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
         if (!step.same_coefficients(lanes_of_)) {
             lanes_of_ = step;

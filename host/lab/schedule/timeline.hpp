@@ -194,17 +194,4 @@ class Timeline {
     double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
 };
 
-// The constants of a step.
-template <class K>
-typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed, const Step& step) {
-    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
-    typename K::Constants c = constants_of<K>(skin, pressed);
-    if (!skin.tabled()) c.coefficients = rounded<K>(step.coefficients_of(0, skin.materials.front(), skin.rule));
-    c.start = r(step.constant_start());
-    c.rise = r(step.constant_rise());
-    c.jump = r(step.jump);
-    c.respond = step.respond();
-    return c;
-}
-
 } // namespace dermis::plan

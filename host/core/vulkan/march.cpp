@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Records presses, submits them by their work, and hands the results over when a ring of them is full.
-#include "host/lab/march/march.hpp"
+#include "host/core/vulkan/march.hpp"
 
 #include "host/core/model/laplacian.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
-#include "host/lab/march/results.hpp"
+#include "host/core/vulkan/results.hpp"
+#include "host/core/vulkan/staging.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 namespace dermis::vulkan {
 namespace {
@@ -80,65 +80,29 @@ std::vector<VkBufferCopy> regions_of(const plan::PreparedSkin& skin, int planes,
     return regions;
 }
 
-// Copies values to buffers in the order of what is recorded. A host buffer holds them until the next submission.
-class Staging {
+class DeviceMarch : public plan::March {
   public:
-    Staging(Context& context, Recording& recording) : context_(context), recording_(recording) {}
-
-    // make_room: called where the host buffer is full; it submits what is recorded and calls reuse().
-    template <class T, class MakeRoom> void copy(const std::vector<T>& values, const Buffer& to, MakeRoom make_room) {
-        const VkDeviceSize bytes = values.size() * sizeof(T);
-        if (!host_)
-            host_ =
-                std::make_unique<Buffer>(context_, std::clamp(bytes, least_bytes, most_bytes), Buffer::Location::host);
-        for (VkDeviceSize done = 0; done < bytes;) {
-            if (used_ == host_->bytes()) make_room();
-            const VkDeviceSize part = std::min(bytes - done, host_->bytes() - used_);
-            std::memcpy(static_cast<char*>(host_->data()) + used_, reinterpret_cast<const char*>(values.data()) + done,
-                        part);
-            const VkBufferCopy region{used_, done, part};
-            context_.calls().vkCmdCopyBuffer(recording_.commands(), host_->handle(), to.handle(), 1, &region);
-            recording_.barrier();
-            used_ += part;
-            done += part;
-        }
-    }
-
-    // After a submission the host buffer is free again.
-    void reuse() { used_ = 0; }
-
-  private:
-    static constexpr VkDeviceSize least_bytes = 1 << 16, most_bytes = 16 << 20;
-    Context& context_;
-    Recording& recording_;
-    std::unique_ptr<Buffer> host_;
-    VkDeviceSize used_ = 0; // bytes
-};
-
-class March : public plan::Stepper {
-  public:
-    March(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::Variant& variant,
-          std::shared_ptr<Context> context, Sink sink)
-        : skin_(skin), schedule_(schedule), variant_(variant), context_(std::move(context)), sink_(std::move(sink)),
-          memory_(skin, schedule, variant), results_(*context_, skin, schedule), recording_(*context_),
+    DeviceMarch(const plan::MarchPlan& plan, std::shared_ptr<Context> context)
+        : plan_(plan), skin_(plan.skin), constants_(plan::constants_of<f32>(skin_, plan.pressed)),
+          context_(std::move(context)), memory_(plan), results_(*context_, plan), recording_(*context_),
           staging_(*context_, recording_) {
-        check_fits(skin, *context_, memory_.bytes() + results_.bytes(),
+        check_fits(skin_, *context_, memory_.bytes() + results_.bytes(),
                    std::max(results_.bytes(), memory_.bytes_of(MarchMemory::coefficients)));
         // These throw where a value does not fit, so they come before any buffer.
-        const std::vector<float> rest = plan::padded_rest_curvature<float>(skin),
-                                 surface = plan::padded_surface<float>(skin),
-                                 pressure = schedule.framed
-                                                ? std::vector<float>()
-                                                : plan::padded<float>(schedule.pressure, skin, "load.intensity");
+        const bool framed = plan.variant.framed;
+        const std::vector<float> rest = plan::padded_rest_curvature<float>(skin_),
+                                 surface = plan::padded_surface<float>(skin_),
+                                 pressure = framed ? std::vector<float>()
+                                                   : plan::padded<float>(plan.pressure, skin_, "load.intensity");
         memory_.allocate(*context_);
         make_kernels();
         memory_.clear(*context_, recording_.commands());
         results_.clear(*context_, recording_.commands());
         recording_.barrier();
         stage(rest, MarchMemory::rest_curvature);
-        if (schedule.derives) stage(surface, MarchMemory::surface);
-        if (!schedule.framed) stage(pressure, MarchMemory::pressure0);
-        if (variant.materials) stage(skin.material_of, MarchMemory::material);
+        if (plan.derives) stage(surface, MarchMemory::surface);
+        if (!framed) stage(pressure, MarchMemory::pressure0);
+        if (plan.variant.materials) stage(skin_.material_of, MarchMemory::material);
         finish();
     }
 
@@ -148,50 +112,39 @@ class March : public plan::Stepper {
         stage(plan::padded<float>(map, skin_, "load.intensity"), MarchMemory::pressure0 + to_);
     }
 
-    void press(const plan::Step& step) override {
+    bool press(const plan::MarchStep& step) override {
         const Use use = context_->need_working();
-        if (variant_.tabled() && !step.same_coefficients(table_of_)) {
-            table_of_ = step;
-            std::vector<f32::Coefficients> table;
-            plan::fill_table<f32>(step, skin_.materials, skin_.chain, skin_.rule, table);
-            stage(table, MarchMemory::coefficients);
+        if (step.coefficients != table_of_) {
+            table_of_ = step.coefficients;
+            table_of_->fill(table_);
+            if (plan_.variant.tabled()) stage(table_, MarchMemory::coefficients);
         }
         press_->record(recording_.commands(), binding(from_, to_),
-                       plan::constants_of<f32>(skin_, schedule_.pressed, step), 1, &recording_);
+                       plan::constants_of<f32>(constants_, skin_.tabled() ? nullptr : table_.data(), step), 1,
+                       &recording_);
         recording_.barrier();
         ++dispatches_;
         visible_ = 1 - from_;
-        if (step.trace >= 0 || step.impulse >= 0) {
-            dispatches_ += results_.record(recording_, step, visible_);
+        if (step.sample) {
+            dispatches_ += results_.record(recording_, *step.sample, visible_);
             recording_.barrier();
         }
         if (step.keep) from_ = visible_;
-        if (results_.full() || ++recorded_ >= results_.slots()) finish();
+        if (++recorded_ < results_.slots()) return false;
+        finish();
+        return true;
     }
 
-    void finish() override {
-        if (!recording_.empty()) recording_.submit();
-        recorded_ = 0;
-        staging_.reuse();
-        results_.hand_over(sink_);
+    int settle() override {
+        const Use use = context_->need_working();
+        finish();
+        return ~0;
     }
 
-    void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
-        const std::vector<const float*> views = view(what);
-        maps.resize(what.size());
-        for (size_t i = 0; i < what.size(); ++i) {
-            maps[i].clear();
-            for (int y = 0; y < skin_.height(); ++y) {
-                const float* row = views[i] + size_t(y) * size_t(skin_.pitch);
-                maps[i].insert(maps[i].end(), row, row + skin_.width());
-            }
-        }
-    }
-
-    std::vector<const float*> view(const std::vector<Quantity>& what) override {
+    std::vector<const void*> maps(const std::vector<Quantity>& what) override {
         const Use use = context_->need_working();
         if (std::ranges::any_of(what, [](Quantity q) { return q >= Quantity::curvature; })) {
-            fields_->record(recording_, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
+            fields_->record(recording_, visible_, constants_);
             ++dispatches_;
             recording_.barrier();
         }
@@ -201,15 +154,21 @@ class March : public plan::Stepper {
         for (size_t i = 0; i < what.size(); ++i) copy_map(recording_.commands(), what[i], i * map);
         recording_.barrier();
         finish();
-        std::vector<const float*> views;
-        for (size_t i = 0; i < what.size(); ++i)
-            views.push_back(static_cast<const float*>(download_->data()) + i * skin_.padded_cells());
-        return views;
+        std::vector<const void*> maps;
+        for (size_t i = 0; i < what.size(); ++i) maps.push_back(static_cast<const char*>(download_->data()) + i * map);
+        return maps;
     }
 
     long long dispatches() const override { return dispatches_; }
 
   private:
+    void finish() {
+        if (!recording_.empty()) recording_.submit();
+        recorded_ = 0;
+        staging_.reuse();
+        results_.hand_over();
+    }
+
     // The binding of the kernel `press` that reads state `from` and runs to pressure `to`.
     static size_t binding(int from, int to) { return size_t(from + 2 * to); }
 
@@ -217,13 +176,13 @@ class March : public plan::Stepper {
         using M = MarchMemory;
         const auto range = [this](int name) { return memory_.range(name); };
         Pipelines& pipelines = context_->pipelines();
-        press_ = std::make_unique<PressKernel>(pipelines, skin_, variant_, schedule_.pressed, 4);
+        press_ = std::make_unique<PressKernel>(pipelines, skin_, plan_.variant, plan_.pressed, 4);
         std::array<BufferRange, RESPONSE_MAPS> responses;
         for (size_t i = 0; i < responses.size(); ++i) responses[i] = range(M::responses + int(i));
         for (int to : {0, 1}) // the pressure runs from the other one
             for (int from : {0, 1})
                 press_->bind(binding(from, to),
-                             {.pressure_from = range(variant_.framed ? M::pressure0 + (1 - to) : M::pressure0),
+                             {.pressure_from = range(plan_.variant.framed ? M::pressure0 + (1 - to) : M::pressure0),
                               .pressure_to = range(M::pressure0 + to),
                               .rest_curvature = range(M::rest_curvature),
                               .state_from = range(M::state0 + from),
@@ -232,8 +191,8 @@ class March : public plan::Stepper {
                               .coefficients = range(M::coefficients),
                               .material = range(M::material),
                               .invalid = range(M::invalid)});
-        results_.allocate(*context_, variant_, memory_, press_->windows());
-        if (schedule_.derives) fields_ = std::make_unique<FieldsKernel>(pipelines, skin_, variant_, memory_);
+        results_.allocate(*context_, memory_, press_->windows());
+        if (plan_.derives) fields_ = std::make_unique<FieldsKernel>(pipelines, skin_, plan_.variant, memory_);
     }
 
     template <class T> void stage(const std::vector<T>& values, int name) {
@@ -243,18 +202,24 @@ class March : public plan::Stepper {
     // Copies a map into the download from byte `at` on.
     void copy_map(VkCommandBuffer commands, Quantity q, VkDeviceSize at) {
         const std::vector<VkBufferCopy> regions =
-            regions_of(skin_, q == Quantity::strain ? variant_.state().planes() : 1, at);
-        context_->calls().vkCmdCopyBuffer(
-            commands,
-            memory_[q == Quantity::strain ? MarchMemory::state0 + visible_ : MarchMemory::response(int(q))].handle(),
-            download_->handle(), uint32_t(regions.size()), regions.data());
+            regions_of(skin_, q == Quantity::strain ? plan_.variant.state().planes() : 1, at);
+        context_->calls().vkCmdCopyBuffer(commands, map_of(q).handle(), download_->handle(), uint32_t(regions.size()),
+                                          regions.data());
     }
 
+    const Buffer& map_of(Quantity q) {
+        switch (q) {
+        case Quantity::strain: return memory_[MarchMemory::state0 + visible_];
+        case Quantity::curvature: return memory_[MarchMemory::curvature];
+        case Quantity::deformation: return memory_[MarchMemory::deformation];
+        default: return memory_[MarchMemory::response(int(q))];
+        }
+    }
+
+    const plan::MarchPlan plan_;
     const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
-    const plan::Variant variant_;
+    const f32::Constants constants_; // of every step
     std::shared_ptr<Context> context_;
-    Sink sink_;
     MarchMemory memory_;
     Results results_;
     std::unique_ptr<PressKernel> press_;
@@ -262,7 +227,8 @@ class March : public plan::Stepper {
     std::unique_ptr<Buffer> download_;
     Recording recording_;
     Staging staging_;
-    plan::Step table_of_; // what the table on the device was made from
+    std::shared_ptr<const plan::StepCoefficients> table_of_; // what the table was made from
+    std::vector<f32::Coefficients> table_;
     size_t recorded_ = 0;
     int from_ = 0, visible_ = 0, to_ = 1; // states: that a step begins with, that the last one made; pressure run to
     long long dispatches_ = 0;
@@ -270,11 +236,8 @@ class March : public plan::Stepper {
 
 } // namespace
 
-std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                       Precision precision, std::shared_ptr<Context> context,
-                                       plan::Stepper::Sink sink) {
-    return std::make_unique<March>(skin, schedule, variant_of(skin, schedule, precision), std::move(context),
-                                   std::move(sink));
+std::unique_ptr<plan::March> march(const plan::MarchPlan& plan, std::shared_ptr<Context> context) {
+    return std::make_unique<DeviceMarch>(plan, std::move(context));
 }
 
 } // namespace dermis::vulkan
