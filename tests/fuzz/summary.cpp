@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     std::ofstream(folder / "summary.json") << texts[0];
     if (texts.size() > 1) std::ofstream(folder / "runs.csv") << texts[1];
     fuzz::taken([&] { output::figures_of(folder); });
-    fuzz::taken([&] { output::is_finished(folder, {}, output::origin_of("", {}, {}, {})); });
+    fuzz::taken([&] { output::is_finished(folder, output::origin_of("", {}, {}, {})); });
     fuzz::taken([&] { output::need_inputs_kept(folder, 2, {"traces.csv"}, {folder / "runs.csv"}); });
     fuzz::taken([&] { output::remove_earlier_sweep(folder, 1); });
     fuzz::taken([&] { output::remove_earlier_run(folder); });

@@ -3,7 +3,6 @@
 
 #include "host/core/base/text.hpp"
 #include "host/core/press/device.hpp"
-#include "host/lab/output/python.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "plot_script.h"
 
@@ -40,8 +39,6 @@ double seconds_of_press(const Device& device, const Scene& scene, int pads) {
     std::ranges::sort(groups);
     return groups[groups.size() / 2];
 }
-
-constexpr int divisors[] = {1, 2, 4}; // of the step
 
 // The numbers of each output of a run: of a quantity's traces and fields, or of the sites of a class.
 using Outputs = std::map<std::string, std::vector<double>>;
@@ -145,7 +142,7 @@ void add_candidates(std::vector<Way>& ways, Scene scene, const Device& cpu, cons
 // Every other method. A smaller step has more outputs, and means over shorter steps, so that each has a truth of its
 // own.
 void add_methods(std::vector<Way>& ways, const Scene& scene, const Device& cpu) {
-    for (int divisor : divisors) {
+    for (int divisor : {1, 2, 4}) { // of the step
         Scene own = scene;
         own.allow_unstable = true;
         own.model.reset(), own.precision = Precision::f64, own.tolerance.reset();

@@ -2,7 +2,6 @@
 // The parts of the command that main.cpp calls.
 #pragma once
 
-#include "host/lab/march/self_test.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
 #include "host/lab/scenes/curve_file.hpp"
@@ -76,14 +75,10 @@ struct FitArguments {
 // material.toml, fit.csv and fit.png there. Returns the command's status.
 int fit_data(const FitArguments&);
 
-// dermis check: compares receptors of a surface, and below it, under a sliding texture with those of one thread of the
-// CPU path.
-SelfTest::Kernel touch(const Device&);
-
-// Answers to programs: a plan, whose overrides are the keys that are set, one by one; a device; and the bits of its
-// kernels, beside the CPU path's.
-output::Json json_of(const Scene&, const std::vector<std::string>& overrides, const Explanation&);
-output::Json json_of(const DeviceInfo&);
-output::Json json_of(const DeviceInfo&, const std::vector<SelfTest::Kernel>&);
+// Returns a device's name with its driver.
+std::string shown(const DeviceInfo&);
+// dermis devices, and dermis check of one device or, with an empty name, of all. Return the command's status.
+int list_devices(bool json);
+int check_devices(const std::string& only, bool json);
 
 } // namespace dermis::cli

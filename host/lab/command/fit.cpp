@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/command/commands.hpp"
-#include "host/lab/output/python.hpp"
 
 #include "fit_script.h"
 #include "plot_script.h"

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
-#include "host/core/description/element.hpp"
-#include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/lab/command/commands.hpp"
-#include "host/lab/output/python.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
@@ -15,11 +12,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <csignal>
 #include <cstring>
-#include <exception>
-#include <new>
 
 #include <unistd.h>
 
@@ -62,8 +56,6 @@ struct Arguments {
     FitArguments fit;
 };
 
-std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
-
 // A stencil estimate with its scale.
 std::string shown_estimate(double estimate, double greatest) {
     return fmt::format("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|", estimate,
@@ -82,7 +74,14 @@ RunOptions options_of(const Arguments& a) {
 
 Device device_of(const Arguments& a) { return a.device == "auto" ? open_when_marching() : Device::open(a.device); }
 
-void print(const output::Json& answer) { fmt::print("{}\n", output::text_of(answer)); }
+output::Json json_of(const Scene& scene, const std::vector<std::string>& overrides, const Explanation& e) {
+    output::Json json = {{"set", overrides}};
+    DERMIS_KEYS(json, scene.grid, width, height);
+    DERMIS_KEYS(json, scene, method);
+    DERMIS_KEYS(json, e, tolerance, binding, stencil_estimate, greatest_curvature, retardation_times,
+                strain_between_frames, fa1_between_frames, chosen, candidates);
+    return json;
+}
 
 // Prints every candidate with its cost and error, and why it is taken or not.
 void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
@@ -132,7 +131,7 @@ int explain_scene(const Arguments& a) {
         if (runs.size() > 1) fmt::print("{}\n", fmt::join(overrides, " "));
         print_plan(a, scene, e);
     }
-    if (a.json) print(plans);
+    if (a.json) output::print(plans);
     return 0;
 }
 
@@ -200,7 +199,7 @@ int run_scene(const Arguments& a) {
     if (a.json) {
         output::Json summaries = output::Json::array();
         for (size_t i = 0; i < plan.runs.size(); ++i) summaries.push_back(output::summary_of(plan.folder(out, i)));
-        print(summaries);
+        output::print(summaries);
         return done.right ? 0 : 1;
     }
     if (a.resume) fmt::print("{} of {} runs were done before\n", done.before, plan.runs.size());
@@ -212,8 +211,7 @@ int run_scene(const Arguments& a) {
 // Draws what a run or a sweep has left in a folder.
 int plot_folder(const std::string& folder) {
     const output::Path in = folder;
-    if (!output::begins_with(in / "summary.json", output::made_by_dermis) &&
-        !output::begins_with(in / "runs.csv", output::runs_columns))
+    if (!output::is_ours(in))
         throw Error(
             Error::Code::bad_input, "",
             fmt::format("{}: has neither summary.json nor runs.csv of dermis; allowed: the folder of a run or a sweep",
@@ -225,51 +223,6 @@ int plot_folder(const std::string& folder) {
     if (!why_not.empty()) throw Error(Error::Code::io, "", "no pictures: " + why_not);
     fmt::print("open first: {}\n", (in / "report.html").string());
     return 0;
-}
-
-int list_devices(bool json) {
-    if (json) {
-        output::Json devices = output::Json::array({json_of(Device::cpu().info())});
-        for (const DeviceInfo& d : Device::list()) devices.push_back(json_of(d));
-        print(devices);
-        return 0;
-    }
-    fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->threads());
-    try {
-        int row = 0;
-        for (const DeviceInfo& d : Device::list())
-            fmt::print("{}: {}, {}, {}{}{}\n", row++, d.name, d.kind, d.driver, d.uuid.empty() ? "" : ", " + d.uuid,
-                       d.refused.empty() ? "" : "; not usable: " + d.refused);
-    } catch (const Error& e) {
-        if (e.code() == Error::Code::no_memory) throw;
-        fmt::print("no Vulkan device: {}\n", e.what());
-    }
-    return 0;
-}
-
-int check_devices(const std::string& only, bool json) {
-    std::vector<std::string> names(only.empty() ? Device::list().size() : 1, only);
-    for (size_t i = 0; only.empty() && i < names.size(); ++i) names[i] = std::to_string(i);
-    bool exact = true;
-    output::Json answers = output::Json::array();
-    for (const std::string& name : names) {
-        const Device device = Device::open(name);
-        const SelfTest test = self_test(*device.impl().backend);
-        std::vector<SelfTest::Kernel> kernels(std::begin(test.kernels), std::end(test.kernels));
-        kernels.push_back(touch(device));
-        exact &= test.exact() && kernels.back().different == 0;
-        if (json) {
-            answers.push_back(json_of(device.info(), kernels));
-            continue;
-        }
-        fmt::print("{}:", shown(device.info()));
-        for (const SelfTest::Kernel& k : kernels)
-            fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);
-        const bool same = test.exact() && kernels.back().different == 0;
-        fmt::print(" {}\n", same ? "exact" : "NOT exact");
-    }
-    if (json) print(answers);
-    return exact ? 0 : 1;
 }
 
 void add_scene(CLI::App& command, Arguments& a) {
@@ -404,34 +357,32 @@ void add_commands(CLI::App& app, Arguments& a, int& status) {
     add_json(*check, a, "Print the hashes as JSON");
 }
 
-// Refuses what is no subcommand, and names the nearest one.
-void need_subcommand(const CLI::App& app, const std::vector<std::string>& words) {
+// Refuses the first word, unless it is an option or a subcommand, and each long option that the subcommand does not
+// have. Names the nearest one, or the key of a scene.
+void need_known(const CLI::App& app, const std::vector<std::string>& words) {
+    const auto refuse = [](const std::string& what, const std::vector<std::string>& known, const std::string& meant) {
+        throw Error(Error::Code::bad_input, "", fmt::format("{}; allowed: {}{}", what, fmt::join(known, ", "), meant));
+    };
     std::vector<std::string> known;
     for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
-    if (!words.empty() && (words[0].rfind('-', 0) == 0 || std::count(known.begin(), known.end(), words[0]))) return;
-    throw Error(Error::Code::bad_input, "",
-                (words.empty() ? "a subcommand is required" : "\"" + words[0] + "\" is no subcommand") +
-                    fmt::format("; allowed: {}", fmt::join(known, ", ")) +
-                    (words.empty() ? "" : scene::suggestion(words[0], known)));
-}
-
-// Refuses a long option that the command does not have, and names the nearest one, or the key of a scene.
-void need_options(const CLI::App& command, const std::vector<std::string>& words) {
+    if (words.empty()) refuse("a subcommand is required", known, "");
+    const bool option_first = words[0].starts_with('-');
+    if (!option_first && !std::ranges::count(known, words[0]))
+        refuse("\"" + words[0] + "\" is no subcommand", known, scene::suggestion(words[0], known));
+    const CLI::App& command = option_first ? app : *app.get_subcommand(words[0]);
+    known.clear();
+    for (const CLI::Option* option : command.get_options())
+        for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
     for (size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
-        if (words[i].rfind("--", 0) != 0) continue;
+        if (!words[i].starts_with("--")) continue;
         const std::string word = words[i].substr(0, words[i].find('='));
         const CLI::Option* option = command.get_option_no_throw(word);
         if (option && option->get_expected_min() > 0 && word == words[i]) ++i; // the next word is its value
         if (option) continue;
-        std::vector<std::string> known;
-        for (const CLI::Option* o : command.get_options())
-            for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
         std::string meant = scene::suggestion(word, known);
         const std::string key = meant.empty() ? scene::nearest(word.substr(2), scene::known_keys()) : "";
         if (!key.empty()) meant = "; did you mean --set " + key + "=VALUE?";
-        throw Error(Error::Code::bad_input, "",
-                    fmt::format("\"{}\" is no option of {}; allowed: {}{}", word, command.get_name(),
-                                fmt::join(known, ", "), meant));
+        refuse(fmt::format("\"{}\" is no option of {}", word, command.get_name()), known, meant);
     }
 }
 
@@ -442,8 +393,7 @@ int command(const std::vector<std::string>& given) {
     Arguments arguments;
     int status = 0;
     add_commands(app, arguments, status);
-    need_subcommand(app, given);
-    need_options(given[0].rfind('-', 0) == 0 ? app : *app.get_subcommand(given[0]), given);
+    need_known(app, given);
     std::vector<std::string> words = with_each_set(given);
     std::reverse(words.begin(), words.end()); // as the parser takes them
     try {
@@ -455,12 +405,6 @@ int command(const std::vector<std::string>& given) {
     return status;
 }
 
-// Throws unless all that was printed has been written.
-void flush_output() {
-    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
-    throw Error(Error::Code::io, "", fmt::format("standard output cannot be written ({})", std::strerror(errno)));
-}
-
 } // namespace
 } // namespace dermis::cli
 
@@ -470,7 +414,9 @@ int main(int argc, char** argv) {
     output::remove_leftovers_on_signals();
     try {
         const int status = cli::command({argv + std::min(argc, 1), argv + argc});
-        cli::flush_output();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout))
+            throw Error(Error::Code::io, "",
+                        fmt::format("standard output cannot be written ({})", std::strerror(errno)));
         return status;
     } catch (const std::bad_alloc&) {
         std::fputs(cli::out_of_memory, stderr);

@@ -2,8 +2,10 @@
 #include "host/lab/command/commands.hpp"
 
 #include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/units.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <set>
 
@@ -14,6 +16,65 @@ namespace dermis::cli {
 namespace {
 
 using output::Path;
+
+constexpr size_t most_runs = 100000;
+
+[[noreturn]] void refuse(const std::string& override_, const std::string& allowed) {
+    throw Error(Error::Code::bad_input, "--set", fmt::format("--set {}; allowed: {}", override_, allowed));
+}
+
+bool is_assignment(const std::string& word) {
+    const size_t equals = word.find('=');
+    return equals != std::string::npos && equals > 0 && word[0] != '-' &&
+           std::all_of(word.begin(), word.begin() + std::ptrdiff_t(equals),
+                       [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.' || c == '-' || c == ' '; });
+}
+
+// Splits at each `separator` that stands in no brackets and no quotes.
+std::vector<std::string> split(const std::string& override_, const std::string& text, char separator) {
+    std::vector<std::string> parts(1);
+    int depth = 0;
+    char quote = 0;
+    for (size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (quote) {
+            if (c == '\\' && quote == '"' && i + 1 < text.size()) parts.back() += text[i++];
+            else if (c == quote) quote = 0;
+        } else if (c == '"' || c == '\'') quote = c;
+        else if (c == '[' || c == '{') ++depth;
+        else if (c == ']' || c == '}') --depth;
+        if (c == separator && depth == 0 && !quote) parts.emplace_back();
+        else parts.back() += text[i];
+    }
+    if (depth != 0 || quote) refuse(override_, "brackets and quotes that are closed");
+    return parts;
+}
+
+// A whole number is written without a fraction or exponent, so that keys of whole numbers take it.
+std::string number_text(double x) {
+    return x == std::floor(x) && std::abs(x) < 1e15 ? fmt::format("{:.0f}", x) : fmt::format("{}", x);
+}
+
+// Appends the numbers of a range, or the value as it stands.
+void append_values(const std::string& override_, const std::string& value, std::vector<std::string>& values) {
+    std::vector<std::string> parts = split(override_, value, ':');
+    const bool logarithmic = parts.size() > 1 && parts.back() == "log";
+    if (logarithmic) parts.pop_back();
+    std::vector<double> numbers(parts.size());
+    bool range = parts.size() > 1 || logarithmic;
+    for (size_t i = 0; i < parts.size(); ++i) range = range && scene::read_number(parts[i], numbers[i]);
+    if (!range) return values.push_back(value);
+    const double count = numbers.back();
+    if (parts.size() != 3 || count != std::floor(count) || count < 2 || count > double(most_runs))
+        refuse(override_, fmt::format("first:last:count as a range, with a whole count in 2..{}", most_runs));
+    const double first = numbers[0], last = numbers[1], steps = count - 1;
+    if (logarithmic && !(first > 0 && last > 0)) refuse(override_, "first:last:count:log with first and last > 0");
+    for (double i = 0; i <= steps; ++i) {
+        const double share = i / steps;
+        const double inside = logarithmic ? first * std::pow(last / first, share) : first + (last - first) * i / steps;
+        values.push_back(number_text(i == steps ? last : i == 0 ? first : inside));
+    }
+}
 
 constexpr size_t most_at_once = 16; // runs over one map that are computed together
 
@@ -32,16 +93,6 @@ std::string value_of(const std::string& override_) {
     return value.find_first_of(",\"") == value.npos ? value : in_quotes(value);
 }
 
-// Returns the names of all outcomes, which differ between runs where their outputs do.
-std::vector<std::string> outcomes_of(const std::vector<output::Figures>& finished) {
-    std::vector<std::string> names;
-    std::set<std::string> known;
-    for (const output::Figures& f : finished)
-        for (const auto& [name, value] : f.outcomes)
-            if (known.insert(name).second) names.push_back(name);
-    return names;
-}
-
 // Returns the overrides that have a column of their own. A run has its model and its precision in other columns.
 std::vector<std::string> in_columns(std::vector<std::string> overrides) {
     std::erase_if(overrides, [](const std::string& o) { return key_of(o) == "model" || key_of(o) == "precision"; });
@@ -51,11 +102,12 @@ std::vector<std::string> in_columns(std::vector<std::string> overrides) {
 // Returns runs.csv: the run and its figures, the keys that are set, the outcomes, and all settings in one text. Figures
 // and outcomes are empty unless all runs are finished.
 std::string table_of(const std::vector<PlannedRun>& runs, const std::vector<output::Figures>& finished) {
-    const std::vector<std::string> names = outcomes_of(finished);
+    output::Json outcomes = output::Json::object(); // of all runs, which differ where their outputs do
+    for (const output::Figures& f : finished) outcomes.update(f.outcomes);
     std::string table = "run";
-    for (const auto& [column, place] : output::figure_columns) (table += ",") += column;
+    for (const char* column : output::figure_columns) (table += ",") += column;
     for (const std::string& override_ : in_columns(runs[0].overrides)) table += "," + key_of(override_);
-    for (const std::string& name : names) table += "," + name;
+    for (const auto& [name, value] : outcomes.items()) table += "," + name;
     table += ",set\n";
     for (size_t i = 0; i < runs.size(); ++i) {
         const output::Figures f = finished.empty() ? output::Figures() : finished[i];
@@ -63,8 +115,8 @@ std::string table_of(const std::vector<PlannedRun>& runs, const std::vector<outp
         for (size_t c = 0; c < std::size(output::figure_columns); ++c)
             table += "," + (finished.empty() ? "" : f.values[c]);
         for (const std::string& override_ : in_columns(runs[i].overrides)) table += "," + value_of(override_);
-        const std::map<std::string, std::string> outcomes(f.outcomes.begin(), f.outcomes.end());
-        for (const std::string& name : names) table += "," + (outcomes.count(name) ? outcomes.at(name) : "");
+        for (const auto& [name, value] : outcomes.items())
+            table += "," + output::in_table(f.outcomes.value(name, output::Json()));
         table += "," + in_quotes(fmt::format("{}", fmt::join(runs[i].overrides, " "))) + "\n";
     }
     return table;
@@ -77,15 +129,6 @@ bool share_maps(const std::vector<Setting>& settings) {
     });
 }
 
-// Runs some scenes, one unless they share their maps.
-std::vector<Result> results_of(const std::vector<PlannedRun>& runs, const std::vector<size_t>& some,
-                               const Device& device, const RunOptions& options) {
-    if (some.size() == 1) return {run(runs[some[0]].scene, device, options)};
-    std::vector<Material> materials;
-    for (size_t i : some) materials.push_back(runs[i].scene.material);
-    return run(runs[some[0]].scene, materials, device, options);
-}
-
 // Leaves a table of what is to come in the folder of a sweep, which shows the next command that the folders are a
 // sweep's. Removes earlier runs, except the ones that stay.
 void begin_sweep(const Path& out, const Plan& plan, bool resume) {
@@ -95,6 +138,49 @@ void begin_sweep(const Path& out, const Plan& plan, bool resume) {
 }
 
 } // namespace
+
+std::vector<std::string> with_each_set(const std::vector<std::string>& words) {
+    std::vector<std::string> all;
+    bool after_set = false;
+    for (const std::string& word : words) {
+        const bool value = !all.empty() && all.back() == "--set";
+        if (after_set && !value && is_assignment(word)) all.push_back("--set");
+        after_set = word == "--set" || word.rfind("--set=", 0) == 0 || (after_set && is_assignment(word));
+        all.push_back(word);
+    }
+    return all;
+}
+
+std::vector<Setting> settings_of(const std::vector<std::string>& overrides) {
+    std::vector<Setting> all;
+    for (const std::string& o : overrides) {
+        const size_t equals = o.find('=');
+        if (equals == std::string::npos || equals == 0) refuse(o, "key=value, as in time.step=0.001");
+        Setting setting{.key = o.substr(0, equals), .values = {}};
+        setting.key.erase(std::remove(setting.key.begin(), setting.key.end(), ' '), setting.key.end());
+        if (std::ranges::any_of(all, [&](const Setting& other) { return other.key == setting.key; }))
+            refuse(o, fmt::format("{} once; several values are {}=a,b", setting.key, setting.key));
+        for (const std::string& value : split(o, o.substr(equals + 1), ',')) {
+            if (value.find_first_not_of(' ') == value.npos)
+                refuse(o, "a value after = and after each comma; a text without letters is \"\"");
+            append_values(o, value, setting.values);
+        }
+        all.push_back(std::move(setting));
+    }
+    return all;
+}
+
+std::vector<std::vector<std::string>> combinations(const std::vector<Setting>& settings) {
+    size_t runs = 1;
+    for (const Setting& s : settings)
+        if ((runs *= s.values.size()) > most_runs)
+            refuse(s.key + "=..", fmt::format("at most {} runs in all combinations", most_runs));
+    std::vector<std::vector<std::string>> all(runs);
+    for (size_t run = 0, each = runs; run < runs; ++run, each = runs)
+        for (const Setting& s : settings)
+            all[run].push_back(s.key + "=" + s.values[run / (each /= s.values.size()) % s.values.size()]);
+    return all;
+}
 
 Path Plan::folder(const Path& out, size_t run) const { return runs.size() > 1 ? out / std::to_string(run + 1) : out; }
 
@@ -130,12 +216,14 @@ RunsDone run_all(const output::Folder& folder, const Plan& plan, const Device& d
     const bool several = plan.runs.size() > 1;
     std::vector<size_t> open; // runs that are not finished
     for (size_t i = 0; i < plan.runs.size(); ++i)
-        if (!resume || !output::is_finished(plan.folder(out, i), plan.runs[i].scene, plan.origin(i))) open.push_back(i);
+        if (!resume || !output::is_finished(plan.folder(out, i), plan.origin(i))) open.push_back(i);
     const size_t at_once = plan.share_maps ? most_at_once : 1;
     for (size_t next = 0; next < open.size(); next += at_once) {
         const std::vector<size_t> some(open.begin() + std::ptrdiff_t(next),
                                        open.begin() + std::ptrdiff_t(std::min(next + at_once, open.size())));
-        const std::vector<Result> results = results_of(plan.runs, some, device, options);
+        std::vector<Material> materials;
+        for (size_t i : some) materials.push_back(plan.runs[i].scene.material);
+        const std::vector<Result> results = run(plan.runs[some[0]].scene, materials, device, options);
         if (several && next == 0) begin_sweep(out, plan, resume);
         for (size_t i = 0; i < some.size(); ++i) {
             std::optional<output::Folder> own;

@@ -16,12 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whether a run has files of this name: the fixed ones, pictures, and {quantity}_t{time}.npy.
-bool is_ours(const std::string& name) {
+// Whether a run has files of this name, or a sweep pictures: the fixed ones, and {quantity}_t{time}.npy.
+bool is_result(const std::string& name) {
     for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "spikes.npy",
                               "afferents.csv", "psth.csv", "summary.json", "report.html"})
         if (name == fixed) return true;
-    for (const std::string picture : {"traces", "maps", "surface", "receptors", "spikes"})
+    for (const std::string picture : {"traces", "maps", "surface", "receptors", "spikes", "sweep"})
         if (name == picture + ".png" || name == picture + ".svg") return true;
     const size_t time = name.find("_t");
     if (time == name.npos || !name.ends_with(".npy")) return false;
@@ -38,6 +38,17 @@ std::ifstream opened(const fs::path& path) {
     if (!in && errno == ENOMEM) throw std::bad_alloc();
     in.exceptions(std::ios::badbit);
     return in;
+}
+
+const std::string runs_columns = "run,model,precision,"; // begins each runs.csv
+
+// Returns whether a path is a regular file that begins with `start`.
+bool begins_with(const Path& path, const std::string& start) {
+    std::error_code none;
+    if (!fs::is_regular_file(path, none)) return false;
+    std::string text(start.size(), ' ');
+    std::ifstream in = opened(path);
+    return in.read(text.data(), std::streamsize(text.size())) && text == start;
 }
 
 // Returns the number of lines of an earlier sweep's runs.csv, the first of which has the columns; 0 where there is
@@ -76,13 +87,11 @@ std::string opening(const Json& json) {
     return text.substr(0, text.size() - 2);
 }
 
-std::string hex(uint64_t hash) { return fmt::format("{:016x}", hash); }
-
 // Returns a text with its hash as last key; `text` is all before that.
 std::string with_hash(std::string text) {
     Contents contents;
     contents.add(text.data(), text.size());
-    return text + fmt::format(",\n  \"fnv1a\": \"{}\"\n}}\n", hex(contents.hash));
+    return text + fmt::format(",\n  \"fnv1a\": \"{:016x}\"\n}}\n", contents.hash);
 }
 
 // Calls `take` with a folder's summary.json.
@@ -95,12 +104,6 @@ template <class Take> auto taken_from(const Path& folder, const Take& take) {
     }
 }
 
-// Returns a value as a table has it: a text without quotes, nothing for null.
-std::string in_table(const Json& value) {
-    if (value.is_number_float()) return shortest(value.get<double>());
-    return value.is_null() ? "" : value.is_string() ? value.get<std::string>() : value.dump();
-}
-
 } // namespace
 
 void remove_file(const fs::path& path) {
@@ -111,12 +114,8 @@ void remove_file(const fs::path& path) {
                     fmt::format("{}: cannot be removed ({}), and is an earlier run's", path.string(), error.message()));
 }
 
-bool begins_with(const Path& path, const std::string& start) {
-    std::error_code none;
-    if (!fs::is_regular_file(path, none)) return false;
-    std::string text(start.size(), ' ');
-    std::ifstream in = opened(path);
-    return in.read(text.data(), std::streamsize(text.size())) && text == start;
+bool is_ours(const Path& folder) {
+    return begins_with(folder / "summary.json", made_by_dermis) || begins_with(folder / "runs.csv", runs_columns);
 }
 
 void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std::string>& written,
@@ -127,7 +126,6 @@ void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std
         for (const std::string& name : names) files.push_back(of_run / name);
         need_none(inputs, files);
     };
-    if (lines) need_none(inputs, {folder / "report.html", folder / "sweep.png", folder / "sweep.svg"});
     check(folder, runs ? std::vector<std::string>{"runs.csv"} : written);
     for (size_t run = 1; run < std::max(runs + 1, lines); ++run)
         check(folder / std::to_string(run), run <= runs ? written : std::vector<std::string>());
@@ -137,14 +135,14 @@ EarlierRun earlier_run(const fs::path& folder, const std::vector<std::string>& k
     EarlierRun run;
     std::error_code error;
     if (!fs::is_directory(folder, error)) return run;
-    const bool shown = begins_with(folder / "summary.json", made_by_dermis);
+    const bool shown = is_ours(folder);
     fs::directory_iterator entries(folder, error);
     if (error == std::errc::not_enough_memory) throw std::bad_alloc();
     if (error)
         throw Error(Error::Code::io, "", fmt::format("{}: cannot be read ({})", folder.string(), error.message()));
     for (const fs::directory_entry& entry : entries) {
         const std::string name = entry.path().filename().string();
-        if (!is_ours(name)) continue;
+        if (!is_result(name)) continue;
         run.owned = shown;
         if (shown && !entry.is_directory() && !std::ranges::count(kept, name)) run.files.push_back(entry.path());
     }
@@ -159,8 +157,6 @@ void remove_earlier_run(const fs::path& folder) {
 
 void remove_earlier_sweep(const fs::path& folder, size_t first) {
     const size_t lines = lines_of_sweep(folder);
-    for (const char* picture : {"report.html", "sweep.png", "sweep.svg"})
-        if (lines && fs::exists(folder / picture)) remove_file(folder / picture);
     for (size_t run = first; run < lines; ++run) {
         const fs::path of_run = folder / std::to_string(run);
         std::error_code none;
@@ -184,7 +180,9 @@ Contents contents_of(const Path& path) {
     return contents;
 }
 
-void to_json(Json& json, const Contents& c) { json = {{"file", c.name}, {"bytes", c.bytes}, {"fnv1a", hex(c.hash)}}; }
+void to_json(Json& json, const Contents& c) {
+    json = {{"file", c.name}, {"bytes", c.bytes}, {"fnv1a", fmt::format("{:016x}", c.hash)}};
+}
 
 Json origin_of(const std::string& scene, const Json& asked, const std::vector<std::string>& set,
                const std::vector<Contents>& inputs) {
@@ -192,24 +190,23 @@ Json origin_of(const std::string& scene, const Json& asked, const std::vector<st
             {"set", set},          {"inputs", inputs},     {"asked", asked}};
 }
 
-void add_files(Json& origin, std::vector<Contents> files) {
-    std::ranges::sort(files, {}, &Contents::name);
-    origin["files"] = files;
-}
-
 std::string sealed(const Json& summary) { return with_hash(opening(summary)); }
 
-bool is_finished(const Path& folder, const Scene& scene, Json origin) {
-    if (!begins_with(folder / "summary.json", opening(origin))) return false;
-    std::vector<Contents> files;
-    for (const std::string& name : result_files(scene)) {
-        std::error_code none;
-        if (!std::filesystem::is_regular_file(folder / name, none)) return false;
-        if (name != "summary.json") files.push_back(contents_of(folder / name));
-    }
-    add_files(origin, files);
-    const std::string summary = text_in(folder / "summary.json");
-    return summary.starts_with(opening(origin) + ",") && summary == with_hash(summary.substr(0, summary.rfind(",\n")));
+bool is_finished(const Path& folder, const Json& origin) {
+    if (!begins_with(folder / "summary.json", opening(origin) + ",")) return false;
+    const std::string text = text_in(folder / "summary.json");
+    if (text != with_hash(text.substr(0, text.rfind(",\n")))) return false;
+    return taken_from(folder, [&](Json&& summary) {
+        return std::ranges::all_of(summary.at("files"), [&](const Json& file) {
+            const Path path = folder / file.at("file").get<std::string>();
+            return fs::is_regular_file(path) && Json(contents_of(path)) == file;
+        });
+    });
+}
+
+std::string in_table(const Json& value) {
+    if (value.is_number_float()) return shortest(value.get<double>());
+    return value.is_null() ? "" : value.is_string() ? value.get<std::string>() : value.dump();
 }
 
 Json summary_of(const Path& folder) {
@@ -218,17 +215,18 @@ Json summary_of(const Path& folder) {
 
 Figures figures_of(const Path& folder) {
     return taken_from(folder, [](Json&& summary) {
-        if (summary.at("cross_check").is_null()) summary["cross_check"] = {{"cells", 0}, {"different", 0}};
-        Figures figures;
-        for (const auto& [column, place] : figure_columns)
-            figures.values.push_back(in_table(summary.at(Json::json_pointer(place))));
-        for (const auto& [name, value] : summary.at("outcomes").items())
-            figures.outcomes.emplace_back(name, in_table(value));
+        Figures figures{.outcomes = Json::object()};
+        Json &plan = summary.at("plan"), &check = summary.at("cross_check");
+        if (check.is_null()) check = {{"cells", 0}, {"different", 0}};
+        plan["cells_compared"] = check.at("cells"), plan["cells_different"] = check.at("different");
+        for (const char* column : figure_columns)
+            figures.values.push_back(in_table(plan.contains(column) ? plan[column] : summary.at(column)));
+        figures.outcomes.update(summary.at("outcomes"));
         const auto error = [&](const char* key) {
-            const Json& value = summary["plan"][key];
+            const Json& value = plan[key];
             return value.is_null() ? std::nan("") : value.get<double>();
         };
-        figures.wrong = summary["cross_check"]["different"] != 0 || error("measured_error") > error("predicted_error");
+        figures.wrong = check["different"] != 0 || error("measured_error") > error("predicted_error");
         return figures;
     });
 }

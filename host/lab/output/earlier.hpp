@@ -12,10 +12,9 @@
 namespace dermis::output {
 
 inline const std::string made_by_dermis = "{\n  \"program\": \"dermis\","; // begins each summary.json
-inline const std::string runs_columns = "run,model,precision,";            // begins each runs.csv
 
-// Returns whether a path is a regular file that begins with `start`.
-bool begins_with(const std::filesystem::path&, const std::string& start);
+// Returns whether summary.json or runs.csv shows that dermis wrote into a folder.
+bool is_ours(const std::filesystem::path& folder);
 
 // Throws Error::bad_input where one of `inputs`, which the scenes read, is a file that would be removed or
 // replaced. runs: 0 for a run into `folder`, else a sweep's runs 1 .. runs below it. written: names of the files that
@@ -25,9 +24,11 @@ void need_inputs_kept(const std::filesystem::path& folder, size_t runs, const st
 
 struct EarlierRun {
     std::vector<std::filesystem::path> files; // in the order in which they may be removed
-    bool owned = true; // dermis wrote all files that have names of a run's: summary.json shows it, or there are none
+    bool owned =
+        true; // dermis wrote all files that have such names: summary.json or runs.csv shows it, or there are none
 };
-// Returns a run's files, except the ones in `kept`; none unless summary.json shows that dermis wrote them.
+// Returns the files of a run, or the pictures of a sweep, except the ones in `kept`; none unless summary.json or
+// runs.csv shows that dermis wrote them.
 EarlierRun earlier_run(const std::filesystem::path& folder, const std::vector<std::string>& kept = {});
 void remove_file(const std::filesystem::path&);
 void remove_earlier_run(const std::filesystem::path& folder);
@@ -51,32 +52,25 @@ Contents contents_of(const std::filesystem::path&);
 // were asked for; set: overrides of keys; inputs: maps, frames and receptors.
 Json origin_of(const std::string& scene, const Json& asked, const std::vector<std::string>& set,
                const std::vector<Contents>& inputs);
-// Adds the key behind them, a list of the other files of the run.
-void add_files(Json& origin, std::vector<Contents>);
 // Returns a summary.json that has its own hash as last key.
 std::string sealed(const Json&);
 
-// Returns whether a folder holds all files of a finished run of this scene, with every byte as it was written, and with
-// a summary.json that begins with `origin`.
-bool is_finished(const std::filesystem::path& folder, const Scene&, Json origin);
+// Returns whether a folder holds a finished run of this origin, with every byte of its files as it was written.
+bool is_finished(const std::filesystem::path& folder, const Json& origin);
 
-// The columns of runs.csv behind the run's number, and where a summary.json has their values.
-inline constexpr std::pair<const char*, const char*> figure_columns[] = {{"model", "/plan/model"},
-                                                                         {"precision", "/plan/precision"},
-                                                                         {"seconds", "/seconds"},
-                                                                         {"predicted_error", "/plan/predicted_error"},
-                                                                         {"measured_error", "/plan/measured_error"},
-                                                                         {"greatest_gain", "/greatest_gain"},
-                                                                         {"kinks", "/kinks"},
-                                                                         {"cells_compared", "/cross_check/cells"},
-                                                                         {"cells_different", "/cross_check/different"}};
+// The columns of runs.csv behind the run's number: keys of a summary.json or of its plan, and its cross-check.
+inline constexpr const char* figure_columns[] = {"model",           "precision",      "seconds",
+                                                 "predicted_error", "measured_error", "greatest_gain",
+                                                 "kinks",           "cells_compared", "cells_different"};
 
-// The figures of a finished run for runs.csv; empty where its summary.json has null.
+// The figures of a finished run for runs.csv.
 struct Figures {
-    std::vector<std::string> values;                           // of figure_columns
-    std::vector<std::pair<std::string, std::string>> outcomes; // by name, as outcomes() returns them
-    bool wrong = false; // cells differ, or the measured error is above the prediction
+    std::vector<std::string> values; // of figure_columns; empty where the summary has null
+    Json outcomes;                   // an object, as the summary has it
+    bool wrong = false;              // cells differ, or the measured error is above the prediction
 };
+// Returns a value as a table has it: a text without quotes, nothing for null.
+std::string in_table(const Json&);
 // Throw Error::io if the folder's summary.json cannot be read or lacks a key.
 Json summary_of(const std::filesystem::path& folder);
 Figures figures_of(const std::filesystem::path& folder);

@@ -4,6 +4,8 @@
 
 #include "dermis/dermis.hpp"
 
+#include <cstdio>
+
 #include <nlohmann/json.hpp>
 
 // Sets keys of `json`, an object or null, to the members of `from` that have their names. Null is made an object
@@ -24,19 +26,30 @@ using Json = nlohmann::ordered_json; // its keys keep their order; a number that
 // Returns its lines, without the end of the last one. Bytes that are not UTF-8, as of a file's name, are replaced.
 inline std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
 
+// Prints these lines.
+inline void print(const Json& json) { std::puts(text_of(json).c_str()); }
+// Makes texts that are empty null.
+inline void empty_as_null(Json& json, std::initializer_list<const char*> keys) {
+    for (const char* key : keys)
+        if (json[key] == "") json[key] = Json();
+}
+
 } // namespace output
 
 // What a conversion to Json calls.
 template <class Named> void to_json(output::Json& json, Named value) requires std::is_enum_v<Named> {
     json = name(value);
 }
-inline void to_json(output::Json& json, const KelvinVoigt& e) { DERMIS_KEYS(json, e, modulus, viscosity); }
 inline void to_json(output::Json& json, const Figure& f) {
     DERMIS_KEYS(json, f, value, least, greatest);
     json["within"] = std::isnan(f.value) ? output::Json() : output::Json(!f.outside());
 }
 inline void to_json(output::Json& json, const Report& r) {
     DERMIS_KEYS(json, r, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration);
+}
+inline void to_json(output::Json& json, const Candidate& c) {
+    DERMIS_KEYS(json, c, model, precision, device, steps, dispatches, bytes, seconds, error, refused);
+    output::empty_as_null(json, {"refused"});
 }
 
 } // namespace dermis

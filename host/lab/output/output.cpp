@@ -4,6 +4,8 @@
 #include "host/core/base/text.hpp"
 #include "host/lab/output/earlier.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <list>
 
@@ -61,6 +63,80 @@ std::string receptors_csv(const Scene& scene) {
     return list;
 }
 
+// Of float64, shape (height, width).
+std::string npy_of(const std::vector<double>& map, int width, int height) {
+    std::string content = npy_header("'<f8'", fmt::format("({}, {})", height, width));
+    content.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(double));
+    return content;
+}
+
+struct Fibre {
+    size_t entry; // of Scene::afferents
+    Quantity type;
+    double x, y; // cells: the mean of its endings
+    long long spikes;
+};
+
+std::vector<Fibre> fibres_of(const Scene& s, const Result& r) {
+    std::vector<Fibre> fibres;
+    for (size_t i = 0; i < s.afferents.size(); ++i) {
+        const Afferents& a = s.afferents[i];
+        std::vector<Cell> cells = a.cells;
+        for (const Site& site : s.sites)
+            if (a.cells.empty() && site.type == a.type) cells.push_back(site.cell);
+        for (size_t n = 0; n < cells.size(); ++n) {
+            if (n % size_t(a.endings) == 0) fibres.push_back({i, a.type, 0, 0, 0});
+            fibres.back().x += double(cells[n].x) / a.endings;
+            fibres.back().y += double(cells[n].y) / a.endings;
+        }
+    }
+    for (const FiredSpike& spike : r.spikes) ++fibres[size_t(spike.afferent)].spikes;
+    return fibres;
+}
+
+// A structured array.
+std::string spikes_npy(const Result& r) {
+    std::string file = npy_header("[('time', '<f8'), ('afferent', '<u4')]", fmt::format("({},)", r.spikes.size()));
+    for (const FiredSpike& spike : r.spikes) {
+        const uint32_t afferent = uint32_t(spike.afferent);
+        file.append(reinterpret_cast<const char*>(&spike.time), sizeof spike.time);
+        file.append(reinterpret_cast<const char*>(&afferent), sizeof afferent);
+    }
+    return file;
+}
+
+std::string afferents_csv(const Scene& s, const Result& r) {
+    std::string out = "number,class,x,y,spikes,rate\n";
+    size_t number = 0;
+    for (const Fibre& f : fibres_of(s, r))
+        fmt::format_to(std::back_inserter(out), "{},{},{},{},{},{}\n", number++, name(f.type), shortest(f.x),
+                       shortest(f.y), f.spikes, shortest(double(f.spikes) / s.time.duration));
+    return out;
+}
+
+// The bins are of the longer of Time::step and 1 ms; the last one ends with the run.
+std::string psth_csv(const Scene& s, const Result& r) {
+    const double bin = std::max(s.time.step, 1e-3);
+    const size_t bins = size_t(std::max(1.0, std::ceil(s.time.duration / bin - 1e-9))), entries = s.afferents.size();
+    const std::vector<Fibre> fibres = fibres_of(s, r);
+    std::vector<double> spikes(bins * entries), count(entries);
+    for (const Fibre& f : fibres) ++count[f.entry];
+    for (const FiredSpike& spike : r.spikes) {
+        const size_t at = std::min(bins - 1, size_t(spike.time / bin));
+        ++spikes[at * entries + fibres[size_t(spike.afferent)].entry];
+    }
+    std::string out = "time";
+    for (size_t e = 0; e < entries; ++e) out += fmt::format(",{}_{}", name(s.afferents[e].type), e);
+    out += '\n';
+    for (size_t i = 0; i < bins; ++i) {
+        const double start = double(i) * bin, length = std::min(bin, s.time.duration - start);
+        append_shortest(out, start);
+        for (size_t e = 0; e < entries; ++e) append_shortest(out += ',', spikes[i * entries + e] / (count[e] * length));
+        out += '\n';
+    }
+    return out;
+}
+
 std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
 
 // Returns the summary of a result, behind its first keys.
@@ -104,12 +180,6 @@ std::string npy_header(const std::string& descr, const std::string& shape) {
     return content + header;
 }
 
-std::string npy_of(const std::vector<double>& map, int width, int height) {
-    std::string content = npy_header("'<f8'", fmt::format("({}, {})", height, width));
-    content.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(double));
-    return content;
-}
-
 std::vector<std::string> result_files(const Scene& scene) {
     std::vector<std::string> names = {"traces.csv", "impulses.csv"};
     for (const FieldRequest& f : scene.output.fields)
@@ -145,13 +215,23 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
         add("afferents.csv", afferents_csv(scene, result));
         add("psth.csv", psth_csv(scene, result));
     }
-    add_files(origin, files);
+    std::ranges::sort(files, {}, &Contents::name);
+    origin["files"] = files;
     add("summary.json", sealed(summary_of(scene, result, std::move(origin))));
     // A kill from here on leaves files of two runs, and the summary that says so.
     const HeldSignals signals;
     if (earlier.owned) unfinished.publish(signals);
     for (const Path& path : earlier.files) remove_file(path);
     for (PartFile& part : parts) part.publish(signals);
+}
+
+std::string spikes_line(const Scene& s, const Result& r) {
+    const std::vector<Fibre> fibres = fibres_of(s, r);
+    if (fibres.empty()) return "";
+    const auto most = std::ranges::max_element(fibres, {}, &Fibre::spikes);
+    return fmt::format("{} spikes of {} nerve fibres, at most {:.4g} Hz of number {}, {} at cell [{}, {}]",
+                       r.spikes.size(), fibres.size(), double(most->spikes) / s.time.duration, most - fibres.begin(),
+                       name(most->type), shortest(most->x), shortest(most->y));
 }
 
 void Progress::clear() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run leaves: its files, and what is said of it.
+// What a run leaves: its files, and what is said of it. Scripts of Python, which draw pictures.
 #pragma once
 
 #include "host/lab/output/folder.hpp"
@@ -14,8 +14,6 @@ namespace dermis::output {
 
 // Returns what a .npy file begins with. descr, shape: as Python writes them.
 std::string npy_header(const std::string& descr, const std::string& shape);
-// Returns a .npy file of float64, shape (height, width).
-std::string npy_of(const std::vector<double>& map, int width, int height);
 // The names of the files that write_result writes.
 std::vector<std::string> result_files(const Scene&);
 // Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy, with
@@ -31,13 +29,6 @@ std::vector<std::string> warnings(const Scene& scene, const Result&);
 // time, of all cells where the class has a trace with extremes, else of its receptors, with the receptor's cell.
 std::vector<std::string> greatest_responses(const Scene&, const Result&);
 
-// Returns spikes.npy: a structured array with the fields time, float64, and afferent, uint32.
-std::string spikes_npy(const Result&);
-// Returns afferents.csv: a line for each fibre, with its spikes and its mean rate over the duration, Hz.
-std::string afferents_csv(const Scene&, const Result&);
-// Returns psth.csv: the mean rate of the fibres of each entry of Scene::afferents, Hz, in bins from `time` on, of the
-// longer of Time::step and 1 ms; the last bin ends with the run.
-std::string psth_csv(const Scene&, const Result&);
 // Returns a line with the number of spikes and the fibre of the greatest rate; empty without fibres.
 std::string spikes_line(const Scene&, const Result&);
 
@@ -58,5 +49,21 @@ class Progress {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), shown_ = start_;
     bool showing_ = false;
 };
+
+struct Python {
+    std::string path, why_not; // path: empty if no Python has the modules; why_not: then what it said
+};
+
+// Returns a Python that has these modules, "a, b": the one of the environment that the command is installed in, else
+// the one that the variable DERMIS_PYTHON names, else python3, or Debian's if python3 does not have them.
+Python python_with(const std::string& modules);
+
+// Runs a script with arguments and an input, in the folder /. Its output is the command's. Returns its exit status.
+// Throws Error::io if it cannot be started.
+int run(const Python&, std::string_view script, const std::vector<std::string>& arguments, std::string_view input);
+
+// Runs a script that draws pictures of a folder's files. Its arguments are the folder and then `more`. Returns why
+// there can be no pictures, as Python says it; empty: they are drawn. Throws Error::io if the script fails.
+std::string draw(std::string_view script, const Path& folder, std::vector<std::string> more);
 
 } // namespace dermis::output

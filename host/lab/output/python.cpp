@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/output/python.hpp"
 #include "host/core/base/refusal.hpp"
+#include "host/lab/output/output.hpp"
 
 #include <cerrno>
 #include <csignal>
