@@ -153,7 +153,7 @@ struct Output {
 };
 
 struct Scene : SkinDescription {
-    // Default: the first of moments, maps, sites and march that serves the scene and keeps the tolerance; march if a
+    // Default: the first of sites, moments, maps and march that serves the scene and keeps the tolerance; march if a
     // Vulkan device, Precision::f32 or a check is asked for.
     std::optional<Model> model;
     // Default: of march f32_compensated down to a tolerance of 1e-6 and f64 below, of other models f64.

@@ -119,16 +119,19 @@ TEST_CASE("a population has the densities asked for, anywhere alike, and is the 
     CHECK(refusal(Error::Code::bad_input, [&] { population(g); }).find("grid.spacing") != std::string::npos);
 }
 
-TEST_CASE("sites or the whole field: by the number of cells that sites and their stencils need") {
+TEST_CASE("receptors alone are served by sites, however many they are, whether the strain is a product or not") {
     Scene s = small_scene(30, 30);
     s.output.traces.clear();
     for (int i = 0; i < 900; ++i) s.material.modulus_map.edit().push_back(1 + i % 3);
     s.load.kind = Load::Kind::map;
     s.load.map = std::vector<double>(900, 1.0);
-    s.sites = scattered(30, 30, 20); // some 100 cells
-    CHECK(int(run(s, Device::cpu()).model) == int(Model::sites));
-    s.sites = scattered(30, 30, 2000); // all of them
-    CHECK(int(run(s, Device::cpu()).model) == int(Model::march));
+    for (int receptors : {20, 2000}) { // that read about 100 cells, or all of them
+        s.sites = scattered(30, 30, receptors);
+        for (double minus : {-1.0, 0.0}) {
+            s.receptors.fa2_gains = {1, minus};
+            CHECK(int(run(s, Device::cpu()).model) == int(Model::sites));
+        }
+    }
     s.output.traces = {Quantity::sa1};
     s.model = Model::sites;
     CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("traces or fields") !=

@@ -55,8 +55,9 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
 // The models in the order in which they are tried, a march in compensated float before double. Plain float is only
 // asked for.
 constexpr std::pair<Model, Precision> in_turn[] = {
-    {Model::moments, Precision::f64},           {Model::maps, Precision::f64},  {Model::sites, Precision::f64},
-    {Model::march, Precision::f32_compensated}, {Model::march, Precision::f64}, {Model::march, Precision::f32}};
+    {Model::sites, Precision::f64}, {Model::moments, Precision::f64},
+    {Model::maps, Precision::f64},  {Model::march, Precision::f32_compensated},
+    {Model::march, Precision::f64}, {Model::march, Precision::f32}};
 constexpr double least_in_float = 1e-6; // the least tolerance for which float is tried
 
 // The reason why the request rules a candidate out; empty where it does not.

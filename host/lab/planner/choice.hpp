@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The choice of a model and precision for a scene: moments, else maps, else sites, else a march, in compensated float
-// down to a tolerance of 1e-6 and in double below. The first of these whose bound keeps the tolerance is taken.
+// The choice of a model and precision for a scene: sites for receptors alone, else moments, else maps, else a march, in
+// compensated float down to a tolerance of 1e-6 and in double below. The first of these whose bound keeps the tolerance
+// is taken.
 #pragma once
 
 #include "dermis/run.hpp"
