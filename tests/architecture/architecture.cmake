@@ -14,7 +14,7 @@ set(most_core 15900)
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are
 # names of other members too, and whoever reads all of them also reads a longer one.
 set(knows_coefficients
-    "^kernels/|^host/(core/model/coefficients(\\.cpp|_in\\.hpp)|lab/schedule/(baselines|forcing)\\.cpp|lab/planner/arithmetic\\.cpp)$")
+    "^kernels/|^host/(core/model/coefficients(\\.cpp|_in\\.hpp)|lab/schedule/(baselines|forcing)\\.cpp|lab/planner/coefficient_errors\\.cpp)$")
 
 macro(fault message)
     string(REPLACE ";" " " fault "${message}")

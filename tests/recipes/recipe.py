@@ -40,8 +40,8 @@ EDITS = {
         ("fa2[i] = RESPONSE(QUANTITY_FA2);\n",
          "fa2[i] = RESPONSE(QUANTITY_FA2);\n    if (asked(QUANTITY_SA3)) sa3[i] = RESPONSE(QUANTITY_SA3);\n"),
     ],
-    "host/lab/planner/arithmetic.hpp": [
-        ("{&eps, &eps, &sum, &rate, &acceleration}", "{&eps, &eps, &sum, &rate, &acceleration, &eps}"),
+    "host/lab/planner/counted_cell.hpp": [
+        ("&m.rate, &m.acceleration}", "&m.rate, &m.acceleration, &m.strain}"),
     ],
 }
 SCENE = """

@@ -67,6 +67,10 @@ class Written {
     bool at(const plan::Step& step, Quantity q) const {
         return (step.trace >= 0 && rows_[size_t(q)]) || (step.field >= 0 && fields_[size_t(step.field)][size_t(q)]);
     }
+    // Whether a quantity is written at any time.
+    bool ever(Quantity q) const {
+        return rows_[size_t(q)] || std::ranges::any_of(fields_, [q](const Quantities& of) { return of[size_t(q)]; });
+    }
     bool mean(const plan::Step& step, Quantity q) const { return step.trace >= 0 && means_[size_t(q)]; }
 
   private:
@@ -119,48 +123,42 @@ class Analysis {
   private:
     // The distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds
     // the spread of its retardation times and the rounding of pressure over resistance.
-    double truncation(const AnalysedProduct& of_product, size_t i, int q) const {
-        const double x = of_product.run.cells()[i].value(q),
-                     method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
+    double truncation(const AnalysedProduct& of_product, size_t cell, int q) const {
+        const double x = of_product.run.cells()[cell].signal(q).value,
+                     method = exact_ ? std::abs(x - exact_->cells()[cell].signal(q).value) : 0;
         if (!extremes_) return method;
         const std::vector<CountedCell>& of = extremes_->cells();
-        return method + std::abs(of[2 * i].value(q) - of[2 * i + 1].value(q)) + 0x1p-53 * std::abs(x);
+        return method + std::abs(of[2 * cell].signal(q).value - of[2 * cell + 1].signal(q).value) +
+               0x1p-53 * std::abs(x);
     }
 
-    // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over its
-    // elements in series.
+    // A quantity of one cell under the greatest pressure on it, or around it.
     struct BoundedSum {
-        double value = 0, magnitude = 0; // the sum; the sum of magnitudes
-        double off = 0;                  // error of the sum
+        double value = 0, magnitude = 0; // of a strain in series the magnitudes of its elements, added up
+        double off = 0;                  // error of the value
         double gain = INFINITY;          // greatest gain at rest of the error, where it is all rounding
         double value_gain = INFINITY;    // greatest gain at rest of the value
     };
-    BoundedSum sum_of(const AnalysedProduct& product, size_t first, int q, bool around) const {
+    BoundedSum sum_of(const AnalysedProduct& product, size_t cell, int q, bool around) const {
         BoundedSum s;
         const DeepMaterial* deep =
             !around && product.materials.deep[size_t(q)] ? &*product.materials.deep[size_t(q)] : nullptr;
-        const PressedMaterial& m = deep ? deep->pressed : product.materials.pressed[first];
-        const size_t length = product.materials.chain.length;
+        const PressedMaterial& m =
+            deep ? deep->pressed : product.materials.pressed[cell * product.materials.chain.length];
         const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
-        double error = 0, shift = 0, truncated = 0;
-        for (size_t i = first; i < first + length; ++i) {
-            const Counted& of = product.run.cells()[i].signal(q);
-            s.value += peak * of.value;
-            s.magnitude += peak * std::abs(of.value);
-            error += of.off;
-            shift += of.shift;
-            truncated += truncation(product, i, q);
-        }
-        if (!product.run.cells()[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
+        const CountedCell& counted = product.run.cells()[cell];
+        const Counted& of = counted.signal(q);
+        s.value = peak * of.value;
+        s.magnitude = peak * (q <= QUANTITY_SA1 ? std::max(counted.strains, std::abs(of.value)) : std::abs(of.value));
+        if (!counted.flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
         s.value_gain = m.value_gain;
         if (deep) s.off += deep->off * s.magnitude;
         if (q <= QUANTITY_SA2) s.off += last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
-        s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
+        s.off += peak *
+                 ((share < 1 && !kind_.separable ? 2 : 1) * of.off + std::abs(of.shift) + truncation(product, cell, q));
         if (!schedule_.framed) s.off += rounding_of(peak, share, product.unit) * std::abs(s.value);
-        // Strains in series are added up here; for other quantities, the counted arithmetic contains the kernel's sums.
-        if (kind_.separable) s.off += peak * product.run.measured(first / length, q);
-        else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
+        if (kind_.separable) s.off += peak * product.run.measured(cell, q);
         return s;
     }
 
@@ -168,7 +166,7 @@ class Analysis {
     std::vector<BoundedSum> sums_of(const AnalysedProduct& product, int q, bool around) const {
         std::vector<BoundedSum> all;
         const std::vector<size_t>& ends = product.materials.ends;
-        for (size_t i = 0; i < ends.front(); i += product.materials.chain.length)
+        for (size_t i = 0; i < ends.front() / product.materials.chain.length; ++i)
             all.push_back(sum_of(product, i, q, around));
         if (ends.size() == 1) return all;
         BoundedSum together;
@@ -226,7 +224,7 @@ class Analysis {
         }
         const double bent = l_ * curved, gain = 1 + l_ * rest_ + bent;
         for (int q = 0; q < REDUCED_MAPS; ++q)
-            for (const BoundedSum& of : sums_of(q, false)) {
+            for (const BoundedSum& of : written_.ever(Quantity(q)) ? sums_of(q, false) : std::vector<BoundedSum>()) {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response

@@ -32,14 +32,14 @@ double of_frame(const std::vector<double>& magnitudes, long long k, double peak)
 }
 
 // Where a number is no normal one, per unit of pressure.
-double least_normal(double peak, const CountedArithmetic& as) {
-    return peak > 0 ? (as.single ? 0x1p-150 : 0x1p-1074) / peak : 0;
+double least_normal(double peak, const Rounding& by) {
+    return peak > 0 ? (by.single ? 0x1p-150 : 0x1p-1074) / peak : 0;
 }
 
 // The same as load_of_frames() along a parabola. Its pressures are rounded where the feed has computed them; the kernel
 // rounds their differences.
-CountedLoad load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak,
-                             const CountedArithmetic& as) {
+counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by,
+                               double& at_end) {
     const auto share = [&](const std::vector<double>& of, long long k) { // of a change up to 2
         return std::min(of_frame(of, k, peak), &of == &schedule.frame_peaks ? 1.0 : 2.0);
     };
@@ -52,47 +52,57 @@ CountedLoad load_of_parabola(const Schedule& schedule, const plan::Step& step, d
     const auto value = [&](double u) { return std::abs(1 - u) * from + std::abs(u) * to + std::abs(u * u - u) * bow; };
     const auto run = [&](double u, double v) { return std::abs(v - u) * (change + std::abs(u + v - 1) * bow); };
     const auto off = [&](double u) {
-        return least_normal(peak, as) + as.u * value(u) + 0x1p-49 * (value(u) + change + bow);
+        return least_normal(peak, by) + by.u * value(u) + 0x1p-49 * (value(u) + change + bow);
     };
     const double start = step.start, end = start + step.rise, led = start - step.before / h,
-                 stored = as.single ? double(f32::least_stored()) : f64::least_stored(),
+                 stored = by.single ? double(f32::least_stored()) : f64::least_stored(),
                  flushed = peak > 0 ? stored / peak : 0; // the earlier pressure, where the state holds it
-    CountedLoad load{.s0 = {value(start), off(start)}, .sj = {step.jump * from, step.jump * off(0)}, .end = value(end)};
+    at_end = value(end);
+    counted::Load load = counted::load({value(start), off(start), 0, &by}, {0, 0, 0, &by},
+                                       {step.jump * from, step.jump * off(0), 0, &by});
+    load.past.by = &by;
     if (change == 0 && bow == 0) return load; // equal frames are rounded alike, and differ by 0
-    load.ds = {run(start, end), off(start) + off(end) + as.u * run(start, end)};
-    load.past = {run(led, start), off(led) + off(start) + as.u * run(led, start) + flushed};
+    load.ds = {run(start, end), off(start) + off(end) + by.u * run(start, end), 0, &by};
+    load.past = {run(led, start), off(led) + off(start) + by.u * run(led, start) + flushed, 0, &by};
     return load;
 }
 
+// A number as the kernel gets it: rounded to float where the kernel is in float. known: its error before.
+Counted stored(double x, double off, double known, const Rounding& by) {
+    const double rounded = by.single ? double(float(x)) : x, shift = known + (rounded - x);
+    if (!std::isfinite(rounded)) return {x, INFINITY, 0, &by};
+    return by.bound ? Counted(x, off + std::abs(shift), 0, &by) : Counted(x, off, shift, &by);
+}
+
 // The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
-// and of their change are known. The change, its share (in float) and their product are each rounded.
-CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const CountedArithmetic& as) {
-    if (step.frame < 0) return {};
+// and of their change are known.
+counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by,
+                             double& at_end) {
+    const Counted zero(0, 0, 0, &by);
+    if (step.frame < 0) return counted::load(zero, zero, zero);
     const scene::Instant begin = frame_time(schedule, step.frame), next = frame_time(schedule, step.frame + 1);
-    const auto share_off = [&](double share, const scene::Instant& first, const scene::Instant& last) { // in double
-        if (step.rise == 0) return 0.0;
+    const auto share = [&](double of, const scene::Instant& first, const scene::Instant& last) { // made in double
+        if (step.rise == 0) return stored(of, 0, 0, by);
         const long double exact =
             scene::difference<long double>(last, first) / scene::difference<long double>(next, begin);
-        return few * unit_of_reference * share + double(std::abs(share - exact));
+        return stored(of, few * unit_of_reference * of + double(std::abs(of - exact)), 0, by);
     };
     const double from = std::min(of_frame(schedule.frame_peaks, step.frame, peak), 1.0);
     const double to = std::min(of_frame(schedule.frame_peaks, step.frame + 1, peak), 1.0);
+    const double start = step.start, end = start + step.rise, least = least_normal(peak, by);
     const double change = step.rise == 0 ? 0 : std::min(from + to, of_frame(schedule.frame_changes, step.frame, peak));
-    const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
-    const double u = as.u, least = least_normal(peak, as);
-    const auto rounded = [&](double share, double share_off) {
-        const double units = share == 1 ? 1 : as.single ? 3 : 2; // of the change, of the share and of their product
-        return change * (units * u * share + share_off) + 2 * least;
-    };
     const auto whole = [](double x) { return x == std::floor(x); };
-    return {
-        .s0 = {s0, least + u * s0 + (start == 0 ? 0 : rounded(start, share_off(start, begin, step.begin)) + u * s0)},
-        .ds = change == 0 && whole(2 * start) && whole(2 * end)
-                  ? Counted{} // from frame to frame: equal ones are rounded alike
-                  : Counted{step.rise * change, 2 * least + u * step.rise * (from + to) +
-                                                    rounded(step.rise, share_off(step.rise, step.begin, step.end))},
-        .sj = {step.jump * from, step.jump * (least + u * from)},
-        .end = std::abs(1 - end) * from + end * to};
+    const bool equal = change == 0 && whole(2 * start) && whole(2 * end); // from frame to frame: rounded alike
+    const Counted changed = equal ? zero : Counted(change, 4 * least + by.u * (from + to) + by.u * change, 0, &by);
+    const Known frame{.change = &changed};
+    counted::Constants c;
+    c.start = share(start, begin, step.begin);
+    c.rise = share(step.rise, step.begin, step.end);
+    c.jump = step.jump;
+    counted::Load load = counted::load_between({from, least + by.u * from, 0, &by}, {0, 0, 0, &by, &frame}, c);
+    load.s0.value = (1 - start) * from + start * to;
+    at_end = std::abs(1 - end) * from + end * to;
+    return load;
 }
 
 } // namespace
@@ -102,19 +112,23 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
       timeline_(schedule, elements_, rule, method), references_(schedule, elements_, rule),
       envelope_peak_(envelope_peak(references_.load(), schedule.load.envelope)),
-      is_wave_(!schedule.framed && method == Method::exact && references_.load().wave()), kept_(materials.size()),
-      now_(materials.size()) {
+      is_wave_(!schedule.framed && method == Method::exact && references_.load().wave()),
+      kept_(materials.size() / chain.length), now_(kept_) {
     for (size_t i = 0; product && i < elements_.size(); i += chain.length)
         products_.emplace_back(chain, &elements_[i], schedule.time.duration);
+    pressed_.shape = {.elements = chain.elements(), .spring = chain.spring, .rate = chain.spring && schedule.framed};
 }
 
 bool CountedRun::next() {
     while (timeline_.next(step_)) {
         if (step_.leads() || step_.impulse >= 0) continue; // they change neither strain nor integral
         measured_ = references_.take(step_);
-        for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
+        start_off_ = measured_ ? double(step_.start - references_.start(step_)) : 0;
+        jump_off_ = measured_ ? double(step_.jump - references_.jump(step_)) : 0;
+        pressed_.shape.previous = step_.bent;
+        for (size_t i = 0; i < now_.size(); ++i) press(i, step_);
         if (step_.keep) {
-            kept_ = now_;
+            kept_.swap(now_);
             for (MeasuredCell& cell : products_) cell.keep();
         }
         if (step_.trace >= 0 || step_.field >= 0) return true;
@@ -124,80 +138,91 @@ bool CountedRun::next() {
 
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
-CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
-    if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, m.arithmetic);
-    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic);
+counted::Load CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) {
+    const Rounding& by = m.rounding;
+    if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, by, pressed_.end);
+    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, by, pressed_.end);
     const bool held = step.rise == 0 || (step.forcing && step.forcing->holds());
-    const bool computed = !held || schedule_.method != Method::exact;
+    const bool computed = !held || schedule_.method != Method::exact, references = products_.empty();
     const double off = computed ? few * unit() * envelope_peak_ : 0;
-    CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
-    if (!measured_ || !products_.empty()) return load;
-    load.s0.shift = double(step.start - references_.start(step));
-    load.sj.shift = double(step.jump - references_.jump(step));
-    return load;
+    counted::Constants c;
+    c.start = stored(step.start, off, references ? start_off_ : 0, by);
+    c.rise = stored(step.rise, 0, 0, by);
+    c.jump = stored(step.jump, step.jump != 0 ? 2 * off : 0, references ? jump_off_ : 0, by);
+    return counted::load_of(Counted(1), c); // the rounding of the map is the same in all responses
 }
 
-void CountedRun::press(size_t first, const plan::Step& step) {
-    std::array<CountedStep, scene::most_in_series> steps, pasts;
-    std::array<f64::Coefficients, scene::most_in_series> k, cancelled{}, past{};
-    std::array<extended::Coefficients, scene::most_in_series> references{}, past_references{};
-    const CountedLoad load = load_over(step, materials_[first]);
-    for (size_t e = 0; e < chain_.length; ++e) {
-        const Element& m = materials_[first + e].element;
-        k[e] = step.coefficients_of(first + e, m, rule_);
-        if (step.bent) past[e] = bend(k[e], m, rule_, step.length, step.before);
-        if (measured_ || step.bent) references[e] = references_.coefficients(first + e, past_references[e]);
-        steps[e].load = load;
-        steps[e].unit = unit();
-        steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);
-        steps[e].spring = chain_.spring && e + 1 == chain_.length;
-        if (!is_wave_ || !step.forcing) continue;
-        const double amplitude = schedule_.load.envelope.amplitude;
-        if (const auto& sine = step.forcing->sine)
-            cancelled[e] = cancelled_under_sine(k[e], m, rule_, sine->w, amplitude, unit());
-        else cancelled[e] = cancelled_under_window(m, rule_, step.forcing->segments, amplitude, step.length, unit());
+MadeBy CountedRun::made_by(const plan::Step& step) const {
+    const double amplitude = is_wave_ && step.forcing ? std::abs(schedule_.load.envelope.amplitude) : 0;
+    return {rule_, step.forcing.get(), schedule_.time.step, step.length, amplitude, unit()};
+}
+
+// Makes the coefficients of the cell whose first element is `first`, and its load.
+void CountedRun::make_step(const plan::Step& step, size_t first) {
+    std::array<f64::Coefficients, scene::most_in_series> off, past{};
+    std::array<extended::Coefficients, scene::most_in_series> past_references{};
+    const size_t n = chain_.length;
+    const MadeBy by = made_by(step);
+    for (size_t e = 0; e < n; ++e) {
+        const Element& m = elements_[first + e];
+        k_[e] = step.coefficients_of(first + e, m, rule_);
+        if (step.bent) past[e] = bend(k_[e], m, rule_, step.length, step.before);
+        references_of_[e] = {};
+        if (measured_ || step.bent) references_of_[e] = references_.coefficients(first + e, past_references[e]);
+        off[e] = coefficient_errors(k_[e], m, by);
     }
-    for (size_t e = 0; e < chain_.length; ++e)
-        add_of_elastic(cancelled[e], k[e], materials_[first + e].element, step.forcing.get(), unit());
-    plan::join_loads<f64>(k.data(), chain_.length, chain_.spring, step.length);
-    plan::join_loads<f64>(cancelled.data(), chain_.length, false, step.length);
-    plan::join_loads<extended>(references.data(), chain_.length, chain_.spring, references_.length());
-    plan::join_loads<f64>(past.data(), chain_.length, chain_.spring, step.length);
-    plan::join_loads<extended>(past_references.data(), chain_.length, chain_.spring, references_.length());
-    for (size_t e = 0; e < chain_.length; ++e) {
-        steps[e].k = k[e];
-        steps[e].cancelled = cancelled[e];
-        if (measured_ && products_.empty()) steps[e].shift = plan::difference(k[e], references[e]);
-        if (!step.bent) continue;
-        pasts[e] = {.k = past[e], .shift = plan::difference(past[e], past_references[e]), .unit = unit(), .load = {}};
-        steps[e].past = &pasts[e];
+    plan::join_loads<f64>(k_.data(), n, chain_.spring, step.length);
+    plan::join_loads<f64>(off.data(), n, false, step.length);
+    plan::join_loads<extended>(references_of_.data(), n, chain_.spring, references_.length());
+    plan::join_loads<f64>(past.data(), n, chain_.spring, step.length);
+    plan::join_loads<extended>(past_references.data(), n, chain_.spring, references_.length());
+    const Rounding& rounding = materials_[first].rounding;
+    const auto put = [&](size_t at, const f64::Coefficients& k, const f64::Coefficients& beside,
+                         const f64::Coefficients& known) {
+        const double units = (7 + double(n)) * by.unit; // tests/kernels/coefficients_test.cpp measures fewer
+#define COUNT(name) pressed_.k[at].name = stored(k.name, units * std::abs(k.name) + beside.name, known.name, rounding);
+        COEFFICIENTS(COUNT)
+#undef COUNT
+        pressed_.k[at].E = stored(k.E, 0, known.E, rounding); // it is the element's
+        pressed_.in_double[at] = f64::lanes_of(k);
+    };
+    for (size_t e = 0; e < n; ++e) {
+        const size_t at = step.entries() * e;
+        const bool compared = measured_ && products_.empty();
+        put(at, k_[e], off[e], compared ? plan::difference(k_[e], references_of_[e]) : f64::Coefficients{});
+        if (step.bent) put(at + 1, past[e], {}, plan::difference(past[e], past_references[e]));
     }
-    materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
+    pressed_.load = load_over(step, materials_[first]);
+}
+
+void CountedRun::press(size_t cell, const plan::Step& step) {
+    const size_t first = cell * chain_.length;
+    make_step(step, first);
+    planner::press(pressed_, materials_[first].rounding, kept_[cell], now_[cell]);
     for (size_t e = 0; step.after_bend > 0 && e < chain_.length; ++e)
-        if (const Element& m = materials_[first + e].element; !is_elastic(m)) add_bend(now_[first], m, step);
-    if (!products_.empty()) measure(first, step, k.data(), references.data());
+        if (const Element& m = elements_[first + e]; !is_elastic(m)) add_bend(now_[cell], m, step);
+    if (!products_.empty()) measure(cell, step);
 }
 
 // Steps the cell of a product as the run does, and once more by references.
-void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coefficients* k,
-                         extended::Coefficients* references) {
-    MeasuredCell& cell = products_[first / chain_.length];
+void CountedRun::measure(size_t cell, const plan::Step& step) {
+    MeasuredCell& product = products_[cell];
     extended::Load exact = extended::load(step.start, step.rise, step.jump);
     if (measured_) {
         exact.s0 = references_.start(step);
         exact.sj = references_.jump(step);
     } else {
-        std::transform(k, k + chain_.length, references, plan::rounded<extended>);
+        std::transform(k_.begin(), k_.begin() + long(chain_.length), references_of_.begin(), plan::rounded<extended>);
     }
-    cell.press(f64::load(step.start, step.rise, step.jump), k, exact, references);
-    const auto elastic = [](const CountedMaterial& m) { return is_elastic(m.element); };
-    if (!measured_ || !rule_.step_mean || std::ranges::any_of(materials_, elastic)) return;
+    product.press(f64::load(step.start, step.rise, step.jump), k_.data(), exact, references_of_.data());
+    if (!measured_ || !rule_.step_mean || std::ranges::any_of(elements_, scene::is_elastic)) return;
     // The mean acceleration is also the change of the rate over the step.
-    const Counted &before = kept_[first].rate, &after = now_[first].rate;
+    const Counted &before = kept_[cell].step.motion.rate, &after = now_[cell].step.motion.rate;
+    Counted& acceleration = now_[cell].step.motion.acceleration;
     const double length = double(references_.length()), off = (before.off + after.off) / length;
-    if (!(off < now_[first].acceleration.off)) return;
-    now_[first].acceleration = {(after.value - before.value) / length, off};
-    cell.take_change_of_rate(references_.length());
+    if (!(off < acceleration.off)) return;
+    acceleration = {(after.value - before.value) / length, off, 0, after.by};
+    product.take_change_of_rate(references_.length());
 }
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
@@ -205,8 +230,8 @@ void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coeffi
 void CountedRun::add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
     const double z = z_of(m, step.after_bend);
     const double rate = strain_rate(m, (4 + 2 * z) * unit() * envelope_peak_ * std::exp(-z));
-    cell.rate.off += rate;
-    cell.acceleration.off += rate * (rule_.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
+    cell.step.motion.rate.off += rate;
+    cell.step.motion.acceleration.off += rate * (rule_.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
 }
 
 } // namespace dermis::planner

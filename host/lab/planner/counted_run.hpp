@@ -2,8 +2,8 @@
 // The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
 #pragma once
 
-#include "host/lab/planner/arithmetic.hpp"
-#include "host/lab/schedule/cell.hpp"
+#include "host/lab/planner/coefficient_errors.hpp"
+#include "host/lab/planner/counted_cell.hpp"
 #include "host/lab/schedule/references.hpp"
 
 namespace dermis::planner {
@@ -12,7 +12,7 @@ namespace dermis::planner {
 // the depth where it is least. Frames press such a cell by no more, if others by far more.
 struct CountedMaterial {
     plan::Element element;
-    CountedArithmetic arithmetic;
+    Rounding rounding;
     double peak;
 };
 
@@ -59,16 +59,18 @@ class CountedRun {
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
     bool next();
     const plan::Step& step() const { return step_; }
-    // The cell of each material at the end of that step.
-    const std::vector<CountedCell>& cells() const { return now_; }
+    // The cells at the end of that step.
+    const std::vector<CountedCell>& cells() const { return step_.keep ? kept_ : now_; }
     // The error of a signal of the run of a product at the end of that step, beside its reference's error.
     double measured(size_t cell, int q) const { return products_.empty() ? 0 : products_[cell].off(q); }
 
   private:
     double unit() const { return measured_ ? unit_of_reference : unit_of_double; } // of coefficients and load
-    CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
-    void press(size_t first, const plan::Step&);
-    void measure(size_t first, const plan::Step&, const f64::Coefficients* k, extended::Coefficients* references);
+    MadeBy made_by(const plan::Step&) const;
+    counted::Load load_over(const plan::Step&, const CountedMaterial&);
+    void make_step(const plan::Step&, size_t first);
+    void press(size_t cell, const plan::Step&);
+    void measure(size_t cell, const plan::Step&);
     void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
 
     const plan::Schedule& schedule_;
@@ -80,10 +82,15 @@ class CountedRun {
     plan::Step step_; // the last one
     plan::References references_;
     const double envelope_peak_;
-    const bool is_wave_;    // the load is a sine that is not held over the steps
-    bool measured_ = false; // the step's coefficients and load are compared with references
+    const bool is_wave_;                  // the load is a sine that is not held over the steps
+    bool measured_ = false;               // the step's coefficients and load are compared with references
+    double start_off_ = 0, jump_off_ = 0; // its load less its references
     std::vector<CountedCell> kept_, now_;
     std::vector<MeasuredCell> products_; // one for each cell
+    // Of the cell that is pressed:
+    CountedStep pressed_;
+    std::array<f64::Coefficients, scene::most_in_series> k_;
+    std::array<extended::Coefficients, scene::most_in_series> references_of_;
 };
 
 } // namespace dermis::planner

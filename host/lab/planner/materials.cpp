@@ -21,13 +21,12 @@ double least_of(const std::vector<double>& map) {
 
 // Reduces the materials to a number that the analysis has time and memory for. At a given retardation time errors scale
 // with peak/modulus and peak/viscosity, so the materials with the greatest of either represent all materials in a
-// narrow range of retardation times.
-constexpr size_t ranges = 512;
+// range of retardation times, under a pressure that is greater by the ratio of the range's ends.
+constexpr size_t ranges = 32;
 
 bool too_many(size_t materials, double steps) {
-    constexpr double most_cell_steps = 4e6;
-    constexpr size_t most_materials = 65536;
-    return materials > 2 * ranges && (materials > most_materials || double(materials) * steps > most_cell_steps);
+    constexpr double most_cell_steps = 1e5;
+    return materials > 2 * ranges && double(materials) * steps > most_cell_steps;
 }
 
 std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all) {
@@ -46,10 +45,12 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all) {
         if (!soft[range] || by_modulus(m) > by_modulus(*soft[range])) soft[range] = &m;
         if (!fluid[range] || by_viscosity(m) > by_viscosity(*fluid[range])) fluid[range] = &m;
     }
+    const double wide = high > low ? std::exp((high - low) / double(ranges)) : 1;
     std::vector<PressedMaterial> few;
     for (const auto& chosen : {soft, fluid})
         for (const PressedMaterial* m : chosen)
-            if (m) few.push_back({m->element, m->around, m->around}); // the others may be read where this one is not
+            if (m)
+                few.push_back({m->element, wide * m->around, wide * m->around}); // others may be read where it is not
     return few;
 }
 
@@ -89,20 +90,19 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
         const double peak = material.around > 0 ? material.around : below,
                      read = std::min(material.peak > 0 ? material.peak : peak, least_below);
         m.counted.push_back({.element = material.element,
-                             .arithmetic = {.u = u,
-                                            .peak = kind.separable ? 1 : peak,
-                                            .single = kind.single,
-                                            .bound = schedule.framed,
-                                            .carried = kind.compensated ? 2 * u : 1,
-                                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
-                                            .denormal = kind.single && peak > 0 ? 0x1p-150 * peak / read : 0,
-                                            .least = peak > 0 ? least / read : 0},
+                             .rounding = {.u = u,
+                                          .peak = kind.separable ? 1 : peak,
+                                          .single = kind.single,
+                                          .bound = schedule.framed,
+                                          .compensated = kind.compensated,
+                                          .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
+                                          .denormal = kind.single && peak > 0 ? 0x1p-150 * peak / read : 0,
+                                          .least = peak > 0 ? least / read : 0},
                              .peak = read});
     }
     for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
         for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
-            m.extremes.push_back(
-                {.element = element, .arithmetic = m.counted[i].arithmetic, .peak = m.counted[i].peak});
+            m.extremes.push_back({.element = element, .rounding = m.counted[i].rounding, .peak = m.counted[i].peak});
     return m;
 }
 

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// The errors of a step's coefficients before they are rounded to the run's precision.
+#pragma once
+
+#include "host/lab/schedule/extended.hpp"
+#include "host/lab/schedule/forcing.hpp"
+
+namespace dermis::planner {
+
+// What an element's coefficients are made by.
+struct MadeBy {
+    const plan::ResponseRule& rule;
+    const plan::Forcing<double>* forcing; // null: none
+    double step;                          // s: of a whole step
+    double length;                        // s: of this one
+    double amplitude;                     // of a sine within the step; 0: there is none
+    double unit;                          // unit roundoff
+};
+
+// Bounds of the errors that are more than a few units of the coefficient itself, where it is a small difference of
+// large terms.
+f64::Coefficients coefficient_errors(const f64::Coefficients&, const plan::Element&, const MadeBy&);
+
+} // namespace dermis::planner
