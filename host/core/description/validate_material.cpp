@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The checks of material, stencil, edges and receptors.
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/checks.hpp"
+#include "host/core/description/description.hpp"
 #include "host/core/description/skin_keys.hpp"
 
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "host/core/base/finite.hpp"
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/checks.hpp"
+#include "host/core/description/description.hpp"
 #include "host/core/model/laplacian.hpp"
 #include "host/core/model/site_cells.hpp"
 

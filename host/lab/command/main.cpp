@@ -4,7 +4,6 @@
 #include "host/core/press/report.hpp"
 #include "host/lab/command/commands.hpp"
 #include "host/lab/scenes/key_rows.hpp"
-#include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/scenes/units.hpp"

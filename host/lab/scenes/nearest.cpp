@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/scenes/nearest.hpp"
+#include "host/lab/scenes/units.hpp"
 
 #include <algorithm>
 #include <cctype>

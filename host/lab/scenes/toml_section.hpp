@@ -4,7 +4,6 @@
 
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/input_file.hpp"
-#include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/scenes/toml.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Words of scenes: numbers with a unit, as "20 kPa", in the places where a scene has numbers.
+// Words of scenes: numbers with a unit, as "20 kPa", in the places where a scene has numbers; and which of the known
+// words somebody meant who misspelt one.
 #pragma once
 
 #include "dermis/description.hpp"
@@ -7,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace dermis::scene {
 
@@ -48,5 +50,12 @@ int cells_of(const std::string& text, const std::string& parameter, const std::s
 // Returns the unit of a key, by its dotted name, in which places in lists do not count, as in load[1].radius; empty if
 // it has none. A length without a spacing has none either.
 std::string unit_of_key(const std::string& key);
+
+// Returns the known word at the least edit distance: letters left out, added, replaced, or two neighbours swapped, in
+// either case. Near is one edit for every three letters, or one in a shorter word; empty if no word is near.
+std::string nearest(const std::string& word, const std::vector<std::string>& known);
+
+// Returns "; did you mean KNOWN?", or nothing if no known word is near.
+std::string suggestion(const std::string& word, const std::vector<std::string>& known);
 
 } // namespace dermis::scene

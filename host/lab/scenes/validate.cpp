@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The checks of time, load and output, and the order of all checks of a scene.
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/checks.hpp"
 #include "host/lab/scenes/keys.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/units.hpp"

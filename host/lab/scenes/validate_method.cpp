@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The checks of the method, which depend on material, stencil, edges and receptors.
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/checks.hpp"
 #include "host/lab/scenes/scene.hpp"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "host/lab/scenes/waveform.hpp"
 
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/checks.hpp"
+#include "host/core/description/description.hpp"
 #include "host/lab/scenes/keys.hpp"
 
 #include <algorithm>
