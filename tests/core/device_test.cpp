@@ -3,9 +3,9 @@
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"
+#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/vulkan/recording.hpp"
-#include "host/lab/march/self_test.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -95,6 +95,9 @@ TEST_CASE("a device that fails in one variant alone is refused when a scene need
     Device device = open_device("vulkan", wrong);
     CHECK(device.info().exact);
     CHECK(run(s, device).steps > 0);
+    s.precision = Precision::f32_compensated; // each variant is tested by itself
+    CHECK(run(s, device).device.exact);
+    s.precision.reset();
     s.stencil = Stencil::fourth_order;
     CHECK(refusal(Error::Code::no_device, [&] { run(s, device); }).find("bits differ") != std::string::npos);
     CHECK(refusal(Error::Code::no_device, [&] { run(s, device); }).find("bits differ") != std::string::npos);

@@ -108,7 +108,6 @@ struct Source {
         auto impl = std::make_shared<Device::Impl>();
         impl->info = physical.info;
         impl->info.exact = impl->asked = impl->named = true;
-        impl->tested = Device::Impl::Tested::every_march;
         impl->backend = std::make_shared<vulkan::VulkanBackend>(std::make_shared<vulkan::Context>(instance, physical));
         return Device(impl);
     }

@@ -3,9 +3,9 @@
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "host/core/cpu/backend.hpp"
 #include "host/core/embedding/check.hpp"
+#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"
-#include "host/lab/march/self_test.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 
@@ -513,4 +513,30 @@ TEST_CASE("a device's test finds wrong means, wrong double precision and a wrong
             simd::plain.in_f32.respond(r, wrong);
         };
     }));
+}
+
+TEST_CASE("the test of a march steps its very variant: what is wrong along parabolas alone is found along them alone") {
+    simd::Isa isa = simd::best();
+    isa.in_f32.advance = [](const simd::AdvanceArguments<f32>& a, const f32::Constants& c) {
+        const int changed = simd::best().in_f32.advance(a, c);
+        if (a.to.previous) a.to.previous[0] += 1;
+        return changed;
+    };
+    cpu::CpuBackend right(1), wrong(1, isa);
+    for (const plan::Chain& chain : {plan::Chain{}, {.length = 3, .spring = true}}) {
+        plan::Variant v{.compensated = true,
+                        .materials = true,
+                        .framed = true,
+                        .bent = true,
+                        .chain = chain,
+                        .keeps_strain = chain.length > 1,
+                        .wanted = {true, true, false, false, true}};
+        CHECK(marches_exactly(right, v));
+        CHECK_FALSE(marches_exactly(wrong, v));
+        v.bent = false;
+        CHECK(marches_exactly(wrong, v));
+    }
+    const Validated vulkan;
+    CHECK(vulkan.device().impl().backend->exact(
+        {.framed = true, .bent = true, .wanted = {true, true, true, true, true}}));
 }

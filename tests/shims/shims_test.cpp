@@ -5,7 +5,7 @@
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/vulkan/recording.hpp"
-#include "host/lab/march/self_test.hpp"
+#include "host/core/embedding/self_test.hpp"
 #include "tests/support.hpp"
 
 using namespace test;

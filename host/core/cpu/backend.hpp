@@ -12,8 +12,10 @@ class CpuBackend : public plan::Backend {
   public:
     // threads: 0 = one per core.
     explicit CpuBackend(int threads, const simd::Isa& isa = simd::best()) : threads_(threads), isa_(isa) {}
-    std::string name() const override { return "cpu"; }
-    int threads() const override { return threads_ ? threads_ : simd::cores(); }
+    plan::Capabilities capabilities() const override {
+        const int threads = threads_ ? threads_ : simd::cores();
+        return {.name = "cpu", .f64 = true, .threads = threads, .cell_step = 1.8e-9 / threads}; // measured on two cores
+    }
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
         return cpu::stream(skin, threads_, isa_);
     }

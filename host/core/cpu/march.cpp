@@ -81,11 +81,12 @@ template <class K> class BandMarch : public plan::March {
     void make_coefficients(Slot& slot) const {
         if (skin_.differs_everywhere()) {
             slot.fill_row = [this, &slot](int y, typename K::Coefficients* of_row) {
-                slot.step.coefficients->fill_row(skin_.material_of.data() + row(y), skin_.width(), of_row);
+                slot.step.coefficients->fill(skin_.material_of.data() + row(y), skin_.width(), of_row);
             };
         } else if (slot.step.coefficients != slot.table_of) {
             slot.table_of = slot.step.coefficients;
-            slot.table_of->fill(slot.table);
+            slot.table.resize(skin_.materials.size() * (1 + plan_.variant.bent));
+            slot.table_of->fill(nullptr, 0, slot.table.data());
         }
     }
 

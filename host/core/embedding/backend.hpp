@@ -2,8 +2,10 @@
 #pragma once
 
 #include "host/core/embedding/runner.hpp"
+#include "host/core/embedding/self_test.hpp"
 #include "host/core/vulkan/fibres_kernel.hpp"
 #include "host/core/vulkan/march.hpp"
+#include "host/core/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
 
@@ -15,8 +17,13 @@ void need_exact_fibres(const std::shared_ptr<Context>&);
 class VulkanBackend : public plan::Backend {
   public:
     explicit VulkanBackend(std::shared_ptr<Context> context) : context_(std::move(context)) {}
-    std::string name() const override { return context_->physical().info.name; }
-    int threads() const override { return 0; }
+    plan::Capabilities capabilities() const override {
+        const DeviceInfo& info = context_->physical().info;
+        return {.name = info.name,
+                .double_buffered = true,
+                .cell_step = info.kind == "software" ? 28e-9 : 3e-10, // measured on lavapipe; from a GPU's bandwidth
+                .dispatch = 5e-6};
+    }
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
         const Use use = context_->need_working();
         return std::make_unique<SkinRunner>(context_, skin);
@@ -24,6 +31,11 @@ class VulkanBackend : public plan::Backend {
     std::unique_ptr<plan::March> march(const plan::MarchPlan& plan) override {
         const Use use = context_->need_working();
         return vulkan::march(plan, context_);
+    }
+    bool exact(const plan::Variant& variant) override {
+        std::vector<uint32_t> key = specialization(variant);
+        key.push_back(2); // of a march: a stream's key ends in 0 or 1
+        return context_->exact(key, [&] { return marches_exactly(*this, variant); });
     }
     std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
                                                        size_t pads) override {

@@ -22,6 +22,7 @@ class SampleStream {
     static constexpr int presses = 2;
     static constexpr double dt = 0.125; // s
 
+    static constexpr plan::Wanted every = {true, true, true, true, true};
     struct Options {
         Stencil stencil = Stencil::five_point;
         Edges edges = Edges::mirror;
@@ -29,8 +30,9 @@ class SampleStream {
         bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
         bool pads = false;                     // a batch of two
         Hold hold = Hold::linear;
+        bool gains = true; // FA2's
         plan::Chain chain; // elements in series, at most 10
-        plan::Wanted wanted{};
+        plan::Wanted wanted = every;
     };
     explicit SampleStream(const Options&);
     // Makes a sample that runs the same kernels as another skin.
@@ -44,8 +46,10 @@ class SampleStream {
     std::vector<float> frame(const std::vector<float>& pressure) const;
     // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
     std::array<size_t, 2> read_cells() const;
-    // The responses after each press by the plain loops, laid out as layout() says. pressures: before the first press,
-    // then at the end of each.
+    // Presses a stream of the sample. Returns the responses after each press, laid out as layout() says. pressures:
+    // before the first press, then at the end of each.
+    std::vector<std::vector<float>> pressed(plan::Stream&, const std::vector<std::vector<float>>& pressures) const;
+    // The same by the plain loops.
     std::vector<std::vector<float>> expected(const std::vector<std::vector<float>>& pressures) const;
     // Whether two responses have the same bits; cells beyond the width of a field do not count.
     bool same(const float* a, const float* b) const;

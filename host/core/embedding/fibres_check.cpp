@@ -55,14 +55,13 @@ std::vector<float> pressed(plan::FibrePopulation<f32>& fibres) {
 
 void need_exact_fibres(const std::shared_ptr<Context>& context) {
     const std::vector<uint32_t> key = {FIBRES_BINDINGS, FIBRE_PLANES}; // no variant of a press is as short
-    auto& known = context->exact_variants();
-    if (!known.contains(key)) {
+    const auto same = [&] {
         cpu::Fibres<f32> on_cpu(kinds_of_check(), 1, 1, simd::best());
         Fibres on_device(context, kinds_of_check(), 1);
         const std::vector<float> a = pressed(on_cpu), b = pressed(on_device);
-        known[key] = a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-    }
-    if (!known[key])
+        return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+    };
+    if (!context->exact(key, same))
         throw Error(Error::Code::no_device, "afferents",
                     context->physical().info.name + " steps nerve fibres to other bits than the CPU path; allowed: "
                                                     "device cpu, or another driver");

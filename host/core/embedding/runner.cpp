@@ -87,9 +87,7 @@ void SkinRunner::fill(Buffer& buffer, const Memory& m) {
 
 bool SkinRunner::exact() {
     const Use use = context_->need_working();
-    auto& known = context_->exact_variants();
-    if (!known.contains(variant_)) known.emplace(variant_, passes_check());
-    return known.at(variant_);
+    return context_->exact(variant_, [this] { return passes_check(); });
 }
 
 bool SkinRunner::passes_check() {

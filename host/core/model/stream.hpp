@@ -89,13 +89,10 @@ struct Sample {
 class StepCoefficients {
   public:
     virtual ~StepCoefficients() = default;
-    // Write the table of all materials.
-    virtual void fill(std::vector<f32::Coefficients>&) const = 0;
-    virtual void fill(std::vector<f64::Coefficients>&) const = 0;
-    // Write the coefficients of each cell of a row, if there are too many materials for a table
-    // (PreparedSkin::differs_everywhere). material: the cells' indices, as in PreparedSkin::material_of.
-    virtual void fill_row(const int* material, int cells, f32::Coefficients* row) const = 0;
-    virtual void fill_row(const int* material, int cells, f64::Coefficients* row) const = 0;
+    // Write the coefficients of so many cells. material: each cell's index, as in PreparedSkin::material_of; null: they
+    // are written once for each of PreparedSkin::materials, as a table.
+    virtual void fill(const int* material, int cells, f32::Coefficients*) const = 0;
+    virtual void fill(const int* material, int cells, f64::Coefficients*) const = 0;
 };
 
 // A step of a march. The pressure is a map times start + rise*t + jump or, framed, runs between the last two frames;
@@ -151,15 +148,27 @@ class March {
     virtual long long dispatches() const { return 0; }
 };
 
+// The properties of a backend that the planner uses. Costs serve to choose, they are no promise.
+struct Capabilities {
+    std::string name;
+    bool f64 = false;             // marches in double too
+    int threads = 0;              // host threads that share the work; 0: none
+    bool double_buffered = false; // holds each state twice and stores every response; otherwise it steps in place
+    double cell_step = 0;         // seconds per cell and step in f32, on all threads
+    double dispatch = 0;          // seconds per dispatch; 0: no dispatches
+};
+
 class Backend {
   public:
     virtual ~Backend() = default;
-    virtual std::string name() const = 0;
-    virtual int threads() const = 0; // host threads that share the work; 0: none
+    virtual Capabilities capabilities() const = 0;
+    int threads() const { return capabilities().threads; }
     virtual std::unique_ptr<Stream> stream(const StreamedSkin&) = 0;
     // Throws Error::bad_input if a value or size is beyond the backend's limits, before anything is allocated on a
     // device.
     virtual std::unique_ptr<March> march(const MarchPlan&) = 0;
+    // Returns whether marches of this variant have the CPU path's bits, which the first call for a variant tests.
+    virtual bool exact(const Variant&) { return true; }
     // Nerve fibres in each of so many pads. Throws Error::device, and Error::no_device where they have other bits than
     // on the CPU path.
     virtual std::unique_ptr<FibrePopulation<f32>> fibres(const std::vector<FibreKind>&, size_t pads) = 0;

@@ -237,14 +237,10 @@ bool fill_table(std::span<const Element> materials, const Chain& chain, const Re
     if (!finite(double(float(dt)))) return false;
     // The frames after the first one of press_frames() have the step dt before them, and nothing refuses them any more.
     if (step.before && *step.before != dt && !fill_table(materials, chain, rule, {dt, dt}, table)) return false;
-    std::array<f64::Coefficients, scene::most_in_series> k, past;
+    SeriesCoefficients k, past;
     for (size_t i = 0; i < materials.size(); i += chain.length) {
-        for (size_t e = 0; e < chain.length; ++e) {
-            k[e] = exact_coefficients(materials[i + e], rule, dt);
-            if (step.before) past[e] = bend(k[e], materials[i + e], rule, dt, *step.before);
-        }
-        join_loads<f64>(k.data(), chain.length, chain.spring, dt);
-        if (step.before) join_loads<f64>(past.data(), chain.length, chain.spring, dt);
+        const auto of = [&](size_t e) { return exact_coefficients(materials[i + e], rule, dt); };
+        join_series(&materials[i], chain, rule, step, of, k, past);
         for (size_t e = 0; e < chain.length; ++e)
             if (!round_to_float(k[e], *table++) || (step.before && !round_to_float(past[e], *table++))) return false;
     }

@@ -150,6 +150,20 @@ bool all_bits_zero(const float* numbers, size_t count);
 // The coefficients of each element in the table of a press.
 inline size_t entries_of(Hold hold) { return hold == Hold::parabolic ? 2 : 1; }
 
+// Makes the coefficients of a step for elements in series; of(e): those of element e alone. past: the second ones,
+// where FrameStep::before is given.
+using SeriesCoefficients = std::array<f64::Coefficients, scene::most_in_series>;
+template <class Of>
+void join_series(const Element* elements, const Chain& chain, const ResponseRule& rule, const FrameStep& step, Of of,
+                 SeriesCoefficients& k, SeriesCoefficients& past) {
+    for (size_t e = 0; e < chain.length; ++e) {
+        k[e] = of(e);
+        if (step.before) past[e] = bend(k[e], elements[e], rule, step.dt, *step.before);
+    }
+    join_loads<f64>(k.data(), chain.length, chain.spring, step.dt);
+    if (step.before) join_loads<f64>(past.data(), chain.length, chain.spring, step.dt);
+}
+
 // Writes the coefficients of a press for each of the materials, in float: one for each element, or two where
 // FrameStep::before is given. Returns false if dt or one of them is beyond float. Allocates nothing.
 bool fill_table(std::span<const Element> materials, const Chain&, const ResponseRule&, const FrameStep&,

@@ -31,7 +31,6 @@ Device Device::cpu(int threads) {
         impl->info.name = "cpu";
         impl->info.kind = "cpu path";
         impl->backend = std::make_shared<cpu::CpuBackend>(threads);
-        impl->tested = Impl::Tested::every_march; // others are tested against the CPU path
         return Device(impl);
     });
 }

@@ -11,8 +11,6 @@ struct Device::Impl {
     std::shared_ptr<plan::Backend> backend;
     bool asked = false; // by name, number or as "vulkan": every run that this device can compute stays on it
     bool named = false; // asked for by name or number: it is used even if its bits differ
-    // What has been compared with the CPU path: opening a Vulkan device tests presses alone.
-    enum class Tested { presses, plain_march, every_march } tested = Tested::presses;
     bool put_off = false; // this CPU path stands for "auto"; a march in float runs on best() instead
     std::optional<Device> best_if_open;
 

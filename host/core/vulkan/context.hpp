@@ -43,9 +43,11 @@ class Context {
     const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as an embedding host gives them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
-    // Whether a variant of the kernels of presses has the CPU path's bits on this device. Only tested variants stand
-    // here.
-    std::map<std::vector<uint32_t>, bool>& exact_variants() { return exact_variants_; }
+    // Returns whether a variant of the kernels has the CPU path's bits on this device; test() says so, once.
+    template <class Test> bool exact(const std::vector<uint32_t>& variant, Test test) {
+        if (!exact_variants_.contains(variant)) exact_variants_.emplace(variant, test());
+        return exact_variants_.at(variant);
+    }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // size of the largest device-local heap
     const VolkDeviceTable& calls() const { return device_.calls; }

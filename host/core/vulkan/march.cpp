@@ -116,7 +116,8 @@ class DeviceMarch : public plan::March {
         const Use use = context_->need_working();
         if (step.coefficients != table_of_) {
             table_of_ = step.coefficients;
-            table_of_->fill(table_);
+            table_.resize(skin_.materials.size() * (1 + plan_.variant.bent));
+            table_of_->fill(nullptr, 0, table_.data());
             if (plan_.variant.tabled()) stage(table_, MarchMemory::coefficients);
         }
         press_->record(recording_.commands(), binding(from_, to_),

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/march/march.hpp"
 
-#include "host/lab/march/capabilities.hpp"
-#include "host/lab/march/self_test.hpp"
-
-#ifdef DERMIS_VULKAN
-#include "host/core/embedding/backend.hpp"
-#endif
-
 #include <deque>
 
 namespace dermis {
@@ -18,21 +11,19 @@ namespace {
 class CoefficientsOfStep : public StepCoefficients {
   public:
     CoefficientsOfStep(const Step& step, const PreparedSkin& skin) : step_(step), skin_(skin) {}
-    void fill(std::vector<f32::Coefficients>& table) const override { fill_in<f32>(table); }
-    void fill(std::vector<f64::Coefficients>& table) const override { fill_in<f64>(table); }
-    void fill_row(const int* material, int cells, f32::Coefficients* row) const override {
-        fill_row_in<f32>(material, cells, row);
+    void fill(const int* material, int cells, f32::Coefficients* to) const override {
+        fill_in<f32>(material, cells, to);
     }
-    void fill_row(const int* material, int cells, f64::Coefficients* row) const override {
-        fill_row_in<f64>(material, cells, row);
+    void fill(const int* material, int cells, f64::Coefficients* to) const override {
+        fill_in<f64>(material, cells, to);
     }
 
   private:
-    template <class K> void fill_in(std::vector<typename K::Coefficients>& table) const {
-        plan::fill_table<K>(step_, skin_.materials, skin_.chain, skin_.rule, table);
-    }
-    template <class K> void fill_row_in(const int* material, int cells, typename K::Coefficients* row) const {
-        plan::fill_row<K>(step_, skin_.materials, skin_.chain, skin_.rule, material, cells, row);
+    template <class K> void fill_in(const int* material, int cells, typename K::Coefficients* to) const {
+        const std::vector<Element>& all = skin_.materials;
+        if (material) return fill_row<K>(step_, all, skin_.chain, skin_.rule, material, cells, to);
+        for (size_t i = 0; i < all.size(); i += skin_.chain.length)
+            fill_chain<K>(step_, all, skin_.chain, skin_.rule, i, to + i * step_.entries());
     }
 
     const Step step_;
@@ -139,24 +130,6 @@ class MarchStepper : public Stepper {
 
 } // namespace
 
-Capabilities capabilities_of(const Backend& backend) {
-    Capabilities c;
-    c.name = backend.name();
-    c.threads = backend.threads();
-#ifdef DERMIS_VULKAN
-    if (const auto* vulkan = dynamic_cast<const vulkan::VulkanBackend*>(&backend)) {
-        c.double_buffered = true;
-        // Measured on lavapipe; for a GPU estimated from its memory bandwidth.
-        c.cell_step = vulkan->context()->physical().info.kind == "software" ? 28e-9 : 3e-10;
-        c.dispatch = 5e-6;
-        return c;
-    }
-#endif
-    c.f64 = true;
-    c.cell_step = 1.8e-9 / c.threads; // measured on two cores of a server
-    return c;
-}
-
 std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const Schedule& schedule,
                                Precision precision, Stepper::Sink sink) {
     const Variant variant = variant_of(skin, schedule, precision);
@@ -173,24 +146,12 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
 
 } // namespace plan
 
-namespace {
-
-void need_exact(Device::Impl& d, const plan::Variant& v) {
-    using Tested = Device::Impl::Tested;
-    const bool plain =
-        v.stencil == STENCIL_FIVE_POINT && v.edges == EDGES_MIRROR && !v.compensated && !v.materials && !v.framed;
-    const Tested needed = plain ? Tested::plain_march : Tested::every_march;
-    if (d.tested < needed) d.info.exact &= self_test(*d.backend, !plain).exact();
-    d.tested = std::max(d.tested, needed);
-    d.need_exact();
-}
-
-} // namespace
-
 std::unique_ptr<plan::Stepper> march(const Device& device, const plan::PreparedSkin& skin,
                                      const plan::Schedule& schedule, Precision precision, plan::Stepper::Sink sink) {
-    need_exact(device.impl(), variant_of(skin, schedule, precision));
-    return plan::march(*device.impl().backend, skin, schedule, precision, std::move(sink));
+    Device::Impl& d = device.impl();
+    d.info.exact &= d.backend->exact(variant_of(skin, schedule, precision));
+    d.need_exact();
+    return plan::march(*d.backend, skin, schedule, precision, std::move(sink));
 }
 
 } // namespace dermis

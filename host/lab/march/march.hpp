@@ -9,8 +9,8 @@
 namespace dermis {
 
 // Skin and schedule must outlive the stepper. Throws Error::bad_input if a value or size is beyond the backend's
-// limits, and Error::no_device if the bits of a march differ and the device was not named: the first march tests the
-// plain variant, and the first march of another variant tests every variant.
+// limits, and Error::no_device if the bits of a march differ and the device was not named: the first march of a variant
+// tests it.
 std::unique_ptr<plan::Stepper> march(const Device&, const plan::PreparedSkin&, const plan::Schedule&, Precision,
                                      plan::Stepper::Sink);
 

@@ -148,8 +148,8 @@ class Analysis {
         const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
         const CountedCell& counted = product.run.cells()[cell];
         const Counted& of = counted.signal(q);
-        s.value = peak * of.value;
-        s.magnitude = peak * (q <= QUANTITY_SA1 ? std::max(counted.strains, std::abs(of.value)) : std::abs(of.value));
+        s.value = peak * of.size;
+        s.magnitude = q <= QUANTITY_SA1 ? std::max(peak * counted.strains, s.value) : s.value;
         if (!counted.flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
         s.value_gain = m.value_gain;
         if (deep) s.off += deep->off * s.magnitude;

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "dermis/run.hpp"
-#include "host/lab/march/capabilities.hpp"
+#include "host/core/model/stream.hpp"
 #include "host/lab/planner/bound.hpp"
 
 namespace dermis::planner {

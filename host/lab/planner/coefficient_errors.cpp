@@ -49,7 +49,9 @@ f64::Coefficients coefficient_errors(const f64::Coefficients& k, const Element& 
     f64::Coefficients off{};
     using C = f64::Coefficients;
     if (by.amplitude > 0 && by.forcing) off = by.forcing->sine ? under_sine(k, m, by) : under_window(m, by);
-    off.i2 += 6 * by.unit * std::abs(k.i2); // of six more roundings
+    for (double C::*of_change : {&C::f, &C::v1, &C::a1, &C::i2}) off.*of_change += 4 * by.unit * std::abs(k.*of_change);
+    off.i2 += 6 * by.unit * std::abs(k.i2);
+    off.a0 += 3 * by.unit * std::abs(k.a0);
     if (!is_elastic(m)) { // the rounding of z adds up to z units to e^-z, which the a0 of a step mean does not contain
         const double of_z = 2 * z_of(m, by.step) * by.unit;
         off.v0 += of_z * std::abs(k.v0);

@@ -17,8 +17,8 @@ struct MadeBy {
     double unit;                          // unit roundoff
 };
 
-// Bounds of the errors that are more than a few units of the coefficient itself, where it is a small difference of
-// large terms.
+// Bounds of what coefficients are off by beside a few units of each: where they come from more roundings, or are a
+// small difference of large terms.
 f64::Coefficients coefficient_errors(const f64::Coefficients&, const plan::Element&, const MadeBy&);
 
 } // namespace dermis::planner

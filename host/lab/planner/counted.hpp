@@ -18,24 +18,24 @@ struct Rounding {
     double u = 0x1p-53;       // unit roundoff
     double peak = 1;          // the greatest pressure
     bool single = false;      // numbers are rounded to float
-    bool bound = false;       // values are bounds of magnitudes, and never cancel, as between frames
+    bool bound = false;       // values are bounds, as between frames: what cancels in them need not do so in the run
     bool compensated = false; // sums carry their rounding errors
     double flush = 0;         // magnitude below which results are stored as 0, per unit of the pressure that is read
     double denormal = 0;      // rounding of a float that is no normal number, over the share of the peak that is read
     double least = 0;         // least pressure that is not 0, per unit of the pressure that is read; 0: not known
 
     // Half a unit in the last place of the most pressed cell's value. In every other cell it is at most this.
-    double of(double x) const {
-        const double greatest = peak * std::abs(x) * (1 + 1e-5);
+    double of(double size) const {
+        const double greatest = peak * size * (1 + 1e-5);
         const double binade = std::bit_cast<double>(std::bit_cast<std::uint64_t>(greatest) & 0x7ff0000000000000);
         return greatest == 0 ? 0 : std::max(u * binade, denormal) / peak;
     }
-    // The error of a value that is stored as 0. off: how much smaller than x the run's value may be.
-    double flushed(double x, double off = 0) const {
-        return x != 0 && (bound || least * std::abs(x) < flush + off) ? flush : 0;
+    // The error of a value that is stored as 0. off: how much smaller the run's value may be.
+    double flushed(double size, double off = 0) const {
+        return size != 0 && (bound || least * size < flush + off) ? flush : 0;
     }
     // What a compensated sum's value has lost to rounding: the kernel gives it back only in the next addition.
-    double lost(double sum) const { return compensated ? of(sum) : 0; }
+    double lost(double size) const { return compensated ? of(size) : 0; }
 };
 
 struct Counted;
@@ -49,28 +49,33 @@ struct Known {
 };
 
 // A value and its error. shift is the part of the error with a known sign, because coefficients and load differ from
-// their references; shifts cancel where the values do. off is a bound of the rest.
+// their references; shifts cancel where the values do. off is a bound of the rest. size is the value's magnitude, or
+// between frames a bound of it; the value is then that of a cell under the greatest pressures.
 struct Counted {
-    double value = 0, off = 0, shift = 0;
+    double value = 0, off = 0, shift = 0, size = 0;
     const Rounding* by = nullptr; // null: a constant
     const Known* known = nullptr;
 
     Counted() = default;
-    Counted(double x) : value(x) {}
+    Counted(double x) : value(x), size(std::abs(x)) {}
     Counted(double x, double error, double shifted, const Rounding* rounding, const Known* beside = nullptr)
-        : value(x), off(error), shift(shifted), by(rounding), known(beside) {}
-    double most() const { return std::abs(value) + off + std::abs(shift); }
+        : value(x), off(error), shift(shifted), size(std::abs(x)), by(rounding), known(beside) {}
+    double most() const { return size + off + std::abs(shift); }
 };
 
-inline Counted operator-(const Counted& a) { return {-a.value, a.off, -a.shift, a.by}; }
+inline Counted operator-(const Counted& a) {
+    Counted negative(-a.value, a.off, -a.shift, a.by);
+    negative.size = a.size;
+    return negative;
+}
 
 inline Counted operator+(const Counted& a, const Counted& b) {
     const Rounding* by = a.by ? a.by : b.by;
-    const double x = by && by->bound ? std::abs(a.value) + std::abs(b.value) : a.value + b.value;
-    Counted sum(x, a.off + b.off, a.shift + b.shift, by);
+    Counted sum(a.value + b.value, a.off + b.off, a.shift + b.shift, by);
+    if (by && by->bound) sum.size = a.size + b.size;
     // The rounding is no more than either term, and there is none where they cancel down to less than the smaller one.
-    const bool cancels = by && !by->bound && std::abs(x) < 0.9 * std::min(std::abs(a.value), std::abs(b.value));
-    if (by && !(a.known && a.known->sum) && !cancels) sum.off += std::min({by->of(x), a.most(), b.most()});
+    const bool cancels = sum.size < 0.9 * std::min(a.size, b.size);
+    if (by && !(a.known && a.known->sum) && !cancels) sum.off += std::min({by->of(sum.size), a.most(), b.most()});
     return sum;
 }
 
@@ -78,15 +83,18 @@ inline Counted operator-(const Counted& a, const Counted& b) {
     for (const Known* known : {a.known, b.known})
         if (known && known->change) return *known->change;
     Counted difference = a + -b;
-    if (b.known && b.known->excess < difference.value) difference.value = b.known->excess;
+    if (b.known) difference.size = std::min(difference.size, b.known->excess);
     return difference;
 }
 
 inline Counted operator*(const Counted& a, const Counted& b) {
     const Rounding* by = a.by ? a.by : b.by;
-    const double x = a.value * b.value, off = std::abs(a.value) * b.off + std::abs(b.value) * a.off;
-    return {x, off + (by && std::abs(a.value) != 1 ? by->of(x) : 0),
-            a.value * b.shift + b.value * a.shift + a.shift * b.shift, by, b.known ? b.known->product : nullptr};
+    Counted product(a.value * b.value, a.size * b.off + b.size * a.off,
+                    a.value * b.shift + b.value * a.shift + a.shift * b.shift, by,
+                    b.known ? b.known->product : nullptr);
+    product.size = a.size * b.size;
+    if (by && a.size != 1) product.off += by->of(product.size);
+    return product;
 }
 
 inline Counted abs(const Counted& x) { return x.value < 0 ? -x : x; }
@@ -95,7 +103,7 @@ inline bool lessThan(const Counted& a, const Counted& b) { return a.value < b.va
 // be off by what is stored as 0.
 inline Counted mix(Counted a, const Counted& b, bool second) {
     if (second) return b;
-    if (a.by && !b.by) a.off += a.by->flushed(a.value);
+    if (a.by && !b.by) a.off += a.by->flushed(a.size);
     return a;
 }
 

@@ -31,9 +31,10 @@ struct CountedCell {
 struct CountedStep {
     plan::StateShape shape;
     std::array<counted::LaneCoefficients, 2 * scene::most_in_series> k;
-    std::array<f64::LaneCoefficients, 2 * scene::most_in_series> in_double;
+    std::array<f64::LaneCoefficients, 2 * scene::most_in_series> rounded_in_double;
     counted::Load load;
-    double end = 0; // between frames: the greatest pressure at the step's end
+
+    const f64::LaneCoefficients* in_double(size_t e) const { return &rounded_in_double[(1 + shape.previous) * e]; }
 };
 
 // Presses a cell for one step.

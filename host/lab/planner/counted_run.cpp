@@ -38,8 +38,7 @@ double least_normal(double peak, const Rounding& by) {
 
 // The same as load_of_frames() along a parabola. Its pressures are rounded where the feed has computed them; the kernel
 // rounds their differences.
-counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by,
-                               double& at_end) {
+counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by) {
     const auto share = [&](const std::vector<double>& of, long long k) { // of a change up to 2
         return std::min(of_frame(of, k, peak), &of == &schedule.frame_peaks ? 1.0 : 2.0);
     };
@@ -57,12 +56,12 @@ counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step,
     const double start = step.start, end = start + step.rise, led = start - step.before / h,
                  stored = by.single ? double(f32::least_stored()) : f64::least_stored(),
                  flushed = peak > 0 ? stored / peak : 0; // the earlier pressure, where the state holds it
-    at_end = value(end);
     counted::Load load = counted::load({value(start), off(start), 0, &by}, {0, 0, 0, &by},
                                        {step.jump * from, step.jump * off(0), 0, &by});
     load.past.by = &by;
     if (change == 0 && bow == 0) return load; // equal frames are rounded alike, and differ by 0
     load.ds = {run(start, end), off(start) + off(end) + by.u * run(start, end), 0, &by};
+    load.ds.value = std::min(load.ds.value, value(end) - value(start));
     load.past = {run(led, start), off(led) + off(start) + by.u * run(led, start) + flushed, 0, &by};
     return load;
 }
@@ -76,8 +75,7 @@ Counted stored(double x, double off, double known, const Rounding& by) {
 
 // The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
 // and of their change are known.
-counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by,
-                             double& at_end) {
+counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by) {
     const Counted zero(0, 0, 0, &by);
     if (step.frame < 0) return counted::load(zero, zero, zero);
     const scene::Instant begin = frame_time(schedule, step.frame), next = frame_time(schedule, step.frame + 1);
@@ -100,8 +98,8 @@ counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, d
     c.rise = share(step.rise, step.begin, step.end);
     c.jump = step.jump;
     counted::Load load = counted::load_between({from, least + by.u * from, 0, &by}, {0, 0, 0, &by, &frame}, c);
-    load.s0.value = (1 - start) * from + start * to;
-    at_end = std::abs(1 - end) * from + end * to;
+    load.s0.value = load.s0.size = (1 - start) * from + start * to;
+    load.ds.value = std::min(load.ds.value, std::abs(1 - end) * from + end * to - load.s0.value);
     return load;
 }
 
@@ -140,8 +138,8 @@ bool CountedRun::next() {
 // operations on the envelope's values.
 counted::Load CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) {
     const Rounding& by = m.rounding;
-    if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, by, pressed_.end);
-    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, by, pressed_.end);
+    if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, by);
+    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, by);
     const bool held = step.rise == 0 || (step.forcing && step.forcing->holds());
     const bool computed = !held || schedule_.method != Method::exact, references = products_.empty();
     const double off = computed ? few * unit() * envelope_peak_ : 0;
@@ -179,12 +177,13 @@ void CountedRun::make_step(const plan::Step& step, size_t first) {
     const Rounding& rounding = materials_[first].rounding;
     const auto put = [&](size_t at, const f64::Coefficients& k, const f64::Coefficients& beside,
                          const f64::Coefficients& known) {
-        const double units = (7 + double(n)) * by.unit; // tests/kernels/coefficients_test.cpp measures fewer
+        // Of n elements, whose shares of the load are added up; tests/kernels/coefficients_test.cpp measures fewer.
+        const double units = (3.5 + double(n)) * by.unit;
 #define COUNT(name) pressed_.k[at].name = stored(k.name, units * std::abs(k.name) + beside.name, known.name, rounding);
         COEFFICIENTS(COUNT)
 #undef COUNT
         pressed_.k[at].E = stored(k.E, 0, known.E, rounding); // it is the element's
-        pressed_.in_double[at] = f64::lanes_of(k);
+        pressed_.rounded_in_double[at] = f64::lanes_of(k);
     };
     for (size_t e = 0; e < n; ++e) {
         const size_t at = step.entries() * e;

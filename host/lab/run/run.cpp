@@ -6,7 +6,6 @@
 #include "host/core/base/watch.hpp"
 #include "host/core/model/site_cells.hpp"
 #include "host/core/press/device.hpp"
-#include "host/lab/march/capabilities.hpp"
 #include "host/lab/march/march.hpp"
 #include "host/lab/planner/choice.hpp"
 #include "host/lab/planner/magnitudes.hpp"
@@ -73,9 +72,9 @@ Decision decide(const Prepared& p, const Device& device, const RunOptions& optio
                                    .baseline = p.scene.method != Method::exact,
                                    .check = options.check,
                                    .on_device = device.impl().asked && device.info().vulkan};
-    const plan::Capabilities opened = plan::capabilities_of(*device.impl().backend);
-    const planner::Backends backends{opened, device.info().vulkan ? plan::capabilities_of(*Device::cpu().impl().backend)
-                                                                  : opened};
+    const plan::Capabilities opened = device.impl().backend->capabilities();
+    const planner::Backends backends{opened,
+                                     device.info().vulkan ? Device::cpu().impl().backend->capabilities() : opened};
     Decision d{.explanation = {}, .device = device, .peaks = {}};
     d.explanation = planner::choose(p.run.skin, p.run.schedule, request, backends, everything, d.peaks);
     return d;

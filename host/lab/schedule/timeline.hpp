@@ -2,6 +2,7 @@
 // The steps of a run, split at its outputs and at the breakpoints of its load.
 #pragma once
 
+#include "host/core/model/streamed_skin.hpp"
 #include "host/lab/scenes/waveform.hpp"
 #include "host/lab/schedule/forcing.hpp"
 #include "host/lab/schedule/schedule.hpp"
@@ -64,13 +65,10 @@ struct Step {
 template <class K>
 void fill_chain(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
                 size_t first, typename K::Coefficients* to) {
-    std::array<f64::Coefficients, scene::most_in_series> k, past;
-    for (size_t e = 0; e < chain.length; ++e) {
-        k[e] = step.coefficients_of(first + e, materials[first + e], rule);
-        if (step.bent) past[e] = bend(k[e], materials[first + e], rule, step.length, step.before);
-    }
-    join_loads<f64>(k.data(), chain.length, chain.spring, step.length);
-    if (step.bent) join_loads<f64>(past.data(), chain.length, chain.spring, step.length);
+    SeriesCoefficients k, past;
+    const auto of = [&](size_t e) { return step.coefficients_of(first + e, materials[first + e], rule); };
+    join_series(&materials[first], chain, rule, {step.length, step.bent ? std::optional(step.before) : std::nullopt},
+                of, k, past);
     if (chain.spring && step.forcing && step.forcing->impulse) { // the strain just before the jump
         f64::Coefficients& spring = k[chain.length - 1];
         spring.b = 0;

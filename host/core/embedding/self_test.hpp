@@ -27,7 +27,10 @@ struct SelfTest {
         return std::all_of(std::begin(kernels), std::end(kernels), [](auto& k) { return k.different == 0; });
     }
 };
-// every_variant: tests every variant of the kernels, otherwise only the plain march.
-SelfTest self_test(plan::Backend&, bool every_variant = true);
+// Tests every kind of variant, in marches and at sites.
+SelfTest self_test(plan::Backend&);
+
+// Whether a march of this variant has the bits of the CPU path's plain loops.
+bool marches_exactly(plan::Backend&, const plan::Variant&);
 
 } // namespace dermis
