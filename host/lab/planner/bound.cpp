@@ -319,14 +319,15 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
     const Written written(schedule, {.everything = true, .quantity = 0});
     plan::Step now; // as the timeline gave it
-    const auto is_written = [&](Quantity q) {
-        return written.at(now, q) || (q == Quantity::strain && written.at(now, Quantity::deformation));
+    // Values at outputs and fields count, written or not; but a field's time has no mean over a step of an output.
+    const auto counts = [&](Quantity q) {
+        return now.trace >= 0 || written.at(now, q) || q != Quantity::fa2 || !skin.rule.step_mean;
     };
     const auto sink = [&](const plan::Step& step, const plan::Sample& sample) {
         if (step.trace < 0) return; // an impulse
         for (size_t i = 0; i < sample.points.size(); ++i) {
             const size_t q = i / points.size(), point = i % points.size();
-            if (classes[point] == reduced::every_quantity ? is_written(Quantity(q))
+            if (classes[point] == reduced::every_quantity ? counts(Quantity(q))
                                                           : now.trace >= 0 && classes[point] == int(q)) // of a site
                 take(q, point, std::abs(sample.points[i]) / (q == QUANTITY_FA2 ? gain : 1));
         }
@@ -349,7 +350,7 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
         now = step;
         if (step.field >= 0) step.trace = std::max(step.trace, 0LL); // a sample too
         stepper->press(step);
-        if (telling < 0 || !reads || !is_written(Quantity::curvature)) continue;
+        if (telling < 0 || !reads || !counts(Quantity::curvature)) continue;
         stepper->read({Quantity::curvature}, maps); // products have it in no point
         take(size_t(Quantity::curvature), 0, largest_of(maps[0]));
     }
