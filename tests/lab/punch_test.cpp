@@ -141,7 +141,7 @@ TEST_CASE("a depth has the unit of a length") {
     const std::string punch = "preset = \"fingertip\"\n[load]\nkind = \"punch\"\ncontrol = \"depth\"\nintensity = ";
     CHECK(Scene::from_string(punch + "\"0.65 mm\"\n").load.intensity == doctest::Approx(6.5e-4).epsilon(1e-15));
     const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(punch + "\"2 kPa\"\n"); });
-    CHECK_MESSAGE(why.find("load.intensity = \"2 kPa\"; allowed: a number in m") != std::string::npos, why);
+    CHECK_MESSAGE(why.find("load.intensity = '2 kPa'; allowed: a number in m") != std::string::npos, why);
 }
 
 TEST_CASE("punches and followed stresses that have no meaning are refused by name") {

@@ -18,7 +18,7 @@ EDITS = {
         ("std::optional<double> sa1, sa2, fa1, fa2;", "std::optional<double> sa1, sa2, fa1, fa2, sa3;"),
     ],
     "host/core/description/names.hpp": [
-        ('{Quantity::fa2, "fa2"},', '{Quantity::fa2, "fa2"}, {Quantity::sa3, "sa3"},'),
+        ('{fa2, "fa2"},', '{fa2, "fa2"}, {sa3, "sa3"},'),
     ],
     "host/core/description/description.hpp": [
         (
