@@ -351,7 +351,7 @@ TEST_CASE("an allocation that fails beside a Vulkan driver's own: the same, and 
     if (!allocations_fail()) return;
     const vulkan::Loader loader = shimmed();
     starve(
-        "a device", [&](Numbers& all) { all.push_back(open_device("0", loader).info().exact); }, 101, true);
+        "a device", [&](Numbers& all) { all.push_back(open_device("0", loader).info().exact); }, 31, true);
     const Device device = open_device("0", loader);
     Scene s = scene_of(Model::march);
     s.precision = Precision::f32;

@@ -8,9 +8,9 @@
 namespace dermis::scene {
 namespace {
 
-using Names = std::vector<std::string>;
+using Columns = std::vector<std::string>; // the names of a file's columns
 
-Names read_names(const TableFile& line) {
+Columns read_names(const TableFile& line) {
     for (std::string_view name : line.words())
         if (name.find_first_of("([") != name.npos)
             line.refuse_line("names without units, as time,modulus: times in s, moduli and stresses in Pa, compliances "
@@ -20,7 +20,7 @@ Names read_names(const TableFile& line) {
 }
 
 // Returns the kind of a curve by the names of its columns.
-std::string kind_of(const TableFile& line, const Names& names, const CurveOptions& options) {
+std::string kind_of(const TableFile& line, const Columns& names, const CurveOptions& options) {
     const std::string& name = names[1];
     const auto need = [&](bool right, const char* allowed) {
         if (!right) line.refuse("second column", name, allowed);
@@ -45,7 +45,7 @@ std::string kind_of(const TableFile& line, const Names& names, const CurveOption
     return kind;
 }
 
-void read_point(const TableFile& line, const Names& names, const Curves& all, double divisor, Curve& curve) {
+void read_point(const TableFile& line, const Columns& names, const Curves& all, double divisor, Curve& curve) {
     const bool relative = all.residual == "relative", history = all.kind == "history";
     const char* allowed =
         relative ? "a finite number > 0; any finite number with --residual absolute" : "a finite number";
@@ -74,7 +74,7 @@ Curves read_curves(const std::vector<std::string>& paths, const CurveOptions& op
     for (const std::string& path : paths) {
         TableFile file(path, "", 64 << 20);
         Curve& curve = all.list.emplace_back();
-        Names names;
+        Columns names;
         if (file.next()) {
             names = read_names(file);
             const std::string kind = kind_of(file, names, options);
