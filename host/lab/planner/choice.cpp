@@ -54,7 +54,7 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
 
 // The models in the order in which they are tried, a march in compensated float before double. Plain float is only
 // asked for.
-constexpr std::pair<Model, Precision> in_turn[] = {
+constexpr std::pair<Model, Precision> order_of_trial[] = {
     {Model::sites, Precision::f64}, {Model::moments, Precision::f64},
     {Model::maps, Precision::f64},  {Model::march, Precision::f32_compensated},
     {Model::march, Precision::f64}, {Model::march, Precision::f32}};
@@ -156,7 +156,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     e.tolerance = r.tolerance.value_or(default_tolerance);
     ErrorBounds bounds(skin, schedule, peaks);
     std::optional<size_t> taken, nearest;
-    for (const auto& [model, precision] : in_turn) {
+    for (const auto& [model, precision] : order_of_trial) {
         if (taken && !everything) break;
         const bool march = model == Model::march, in_float = march && precision != Precision::f64;
         const plan::Capabilities& backend = in_float ? backends.opened : backends.cpu;

@@ -24,7 +24,7 @@ struct Carried {
 };
 
 // The cell for kernels/cell.h.
-struct Cell {
+struct CellOfText {
     const CountedStep& step;
     const Rounding& by;
     const Carried& carried;
@@ -34,30 +34,30 @@ struct Cell {
     Known earlier;
 
     using Sum = counted::Sum;
-    friend int elements_of(const Cell& c) { return int(c.step.shape.elements); }
-    friend bool has_spring(const Cell& c) { return c.step.shape.spring; }
-    friend bool has_rate(const Cell& c) { return c.step.shape.rate; }
-    friend bool has_integral(const Cell&) { return true; }
-    friend int is_compensated(const Cell& c) { return c.by.compensated; }
-    friend bool has_past(const Cell& c) { return c.step.shape.previous; }
-    friend const counted::LaneCoefficients& element_of(const Cell& c, int e) {
+    friend int elements_of(const CellOfText& c) { return int(c.step.shape.elements); }
+    friend bool has_spring(const CellOfText& c) { return c.step.shape.spring; }
+    friend bool has_rate(const CellOfText& c) { return c.step.shape.rate; }
+    friend bool has_integral(const CellOfText&) { return true; }
+    friend int is_compensated(const CellOfText& c) { return c.by.compensated; }
+    friend bool has_past(const CellOfText& c) { return c.step.shape.previous; }
+    friend const counted::LaneCoefficients& element_of(const CellOfText& c, int e) {
         return c.step.k[size_t((1 + c.step.shape.previous) * e)];
     }
-    friend const counted::LaneCoefficients& past_of(const Cell& c, int e) { return c.step.k[size_t(2 * e + 1)]; }
-    friend Sum sum_from(const Cell& c, int s) {
+    friend const counted::LaneCoefficients& past_of(const CellOfText& c, int e) { return c.step.k[size_t(2 * e + 1)]; }
+    friend Sum sum_from(const CellOfText& c, int s) {
         const CountedSum& sum = c.before.sums[size_t(s)];
         return {Counted(sum.value, 0, sum.shift, &c.by, c.known + s), Counted(0, 0, 0, &c.by)};
     }
-    friend Counted rate_from(const Cell& c) {
+    friend Counted rate_from(const CellOfText& c) {
         const CountedSum& rate = c.before.sums[c.step.shape.elements + 1];
         return {rate.value, rate.off, rate.shift, &c.by};
     }
-    friend Counted previous_from(const Cell& c) { return {0, 0, 0, &c.by, &c.earlier}; }
-    friend void store_previous(const Cell&, const Counted&) {}
-    friend void store_rate(const Cell& c, const Counted& rate) {
+    friend Counted previous_from(const CellOfText& c) { return {0, 0, 0, &c.by, &c.earlier}; }
+    friend void store_previous(const CellOfText&, const Counted&) {}
+    friend void store_rate(const CellOfText& c, const Counted& rate) {
         c.after.sums[c.step.shape.elements + 1] = {c.by.bound ? rate.size : rate.value, rate.off, rate.shift};
     }
-    friend void store(const Cell& c, int s, const Sum&, const Sum& sum) { c.take(size_t(s), sum.value); }
+    friend void store(const CellOfText& c, int s, const Sum&, const Sum& sum) { c.take(size_t(s), sum.value); }
 
   private:
     // The rounding that stays in a sum x after a step. In a compensated sum: a small part of it, what is too small to
@@ -113,7 +113,7 @@ void press(const CountedStep& step, const Rounding& by, const CountedCell& befor
         known[i] = {.sum = true, .product = &stresses[i]};
         if (by.bound) stresses[i].excess = before.sums[i].excess + step.load.sj.size;
     }
-    const Cell cell{step, by, carried, before, after, known.data(), {.change = &step.load.past}};
+    const CellOfText cell{step, by, carried, before, after, known.data(), {.change = &step.load.past}};
     counted::CellStep of = counted::step_of(cell, step.load);
     of.motion.strain.off += after.step.motion.strain.off;
     of.integral.off += after.step.integral.off;
