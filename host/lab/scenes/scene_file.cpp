@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
     throw Error(Error::Code::bad_input, "--set", "--set " + override_ + "; allowed: " + allowed);
 }
 
-constexpr size_t most_bytes = 64 << 20; // of a scene file, or of a text in its place
+constexpr size_t most_scene_bytes = 64 << 20; // of a scene file, or of a text in its place
 
 // The table that a name with an index means, as load[1]; null if there is none.
 toml::table* item_of(toml::table& table, const std::string& name) {
@@ -100,7 +100,7 @@ std::string nearest_file(const fs::path& missing) {
 std::string read_scene_file(const std::string& path) {
     const char* allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
     std::string text;
-    if (const std::string why = scene::read_file(path, text, most_bytes); !why.empty())
+    if (const std::string why = scene::read_file(path, text, most_scene_bytes); !why.empty())
         throw Error(Error::Code::bad_input, "", path + ": " + why + allowed + nearest_file(path));
     return text;
 }
@@ -131,7 +131,7 @@ scene::SceneText scene::text_of_file(const std::string& path) {
 scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) {
     const auto words = [&] { return "a scene of " + bytes_text(double(text.size())); };
     return scene::guarded(words, [&]() -> scene::SceneText {
-        if (text.size() > most_bytes)
+        if (text.size() > most_scene_bytes)
             throw Error(Error::Code::bad_input, "",
                         "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
         return {.text = text, .name = "scene", .folder = folder};
