@@ -149,11 +149,14 @@ template <class F> void PadCells::each_run(int pad, F f) const {
 
 void PadCells::rest(int pad) { state_.rest_row(pad, int(pitch_)); }
 
-void PadCells::read(int pad, const std::vector<plan::HeldCell>& cells, const float* pressure, float* to) const {
+void PadCells::read(int pad, const std::vector<plan::HeldCell>& cells, size_t planes, const float* pressure,
+                    float* to) const {
     const auto copy = [&](const float* own) {
         for (const plan::HeldCell& c : cells) *to++ = own[held_.empty() ? c.held : held_[c.held]];
     };
-    state_.each_plane([&](const float* plane) { copy(plane + size_t(pad) * pitch_); });
+    state_.each_plane([&](const float* plane) {
+        if (planes > 0) copy(plane + size_t(pad) * pitch_), --planes;
+    });
     copy(pressure);
 }
 

@@ -42,9 +42,8 @@ class PadCells {
     // Copies the planes of a pad's state (plan::StateLayout), without the pressure.
     void save(int pad, char* planes) const;
     void load(int pad, const char* planes);
-    size_t planes() const { return size_t(variant_.state().planes()); } // of a state
-    // Copies some cells of these planes, then of the pressures of a pad's cells.
-    void read(int pad, const std::vector<plan::HeldCell>&, const float* pressure, float* to) const;
+    // Copies some cells of the first of these planes, then of the pressures of a pad's cells.
+    void read(int pad, const std::vector<plan::HeldCell>&, size_t planes, const float* pressure, float* to) const;
 
   private:
     struct Worker {

@@ -88,11 +88,11 @@ class PadStream : public plan::Stream {
         });
     }
 
-    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, float* to) override {
-        const size_t of_pad = cells.size() * (pads_.planes() + 1);
+    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) override {
+        const size_t of_pad = cells.size() * (planes + 1);
         run(pads, [&](int, size_t first, size_t last) {
             for (size_t i = first; i < last; ++i)
-                pads_.read(pads[i], cells, pressure_of(pads[i], pad_[size_t(pads[i])].from), to + i * of_pad);
+                pads_.read(pads[i], cells, planes, pressure_of(pads[i], pad_[size_t(pads[i])].from), to + i * of_pad);
         });
     }
 

@@ -150,12 +150,18 @@ class SkinStream : public plan::Stream {
         for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(to.pressure + y * row, pressure() + y * pitch_, row);
     }
 
-    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, float* to) override {
+    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) override {
         const auto copy = [&](const float* map) {
-            for (const plan::HeldCell& c : cells) *to++ = map[c.cell / width_ * pitch_ + c.cell % width_];
+            size_t end = width_; // of the row: divisions would take as long as the step
+            for (const plan::HeldCell& c : cells) {
+                for (; c.cell >= end; end += width_) map += pitch_ - width_;
+                *to++ = map[c.cell];
+            }
         };
         if (pads.count == 0) return;
-        press_.each_plane(copy);
+        press_.each_plane([&](const float* map) {
+            if (planes > 0) copy(map), --planes;
+        });
         copy(pressure());
     }
 

@@ -288,7 +288,7 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
 }
 
 // Downloads rows of pressure, and of a state, whose rows are single cells where sites read them.
-void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, float* to) {
+void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) {
     const Use use = context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
     const size_t run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_, row = layout_.planes * pitch;
@@ -313,7 +313,7 @@ void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCel
     recording().submit();
     for (size_t i = 0; i < pads.count;
          ++i, state += of_state / sizeof(float), pressure += of_pressure / sizeof(float)) {
-        for (size_t p = 0; p < layout_.planes; ++p)
+        for (size_t p = 0; p < planes; ++p)
             for (const plan::HeldCell& c : cells) *to++ = state[c.held / run * row + p * pitch + c.held % run];
         for (const plan::HeldCell& c : cells) *to++ = pressure[c.cell / width_ * pitch_ + c.cell % width_];
     }

@@ -22,7 +22,7 @@ class SkinRunner : public plan::Stream {
     void reset(const plan::PadList&) override;
     void save(const plan::PadList&, const plan::StateMemory<char>&) override;
     void load(const plan::PadList&, const plan::StateMemory<const char>&) override;
-    void read(const plan::PadList&, const std::vector<plan::HeldCell>&, float* to) override;
+    void read(const plan::PadList&, const std::vector<plan::HeldCell>&, size_t planes, float* to) override;
     void reserve_states() override {
         const Use use = context_->need_working();
         staging_.emplace(on_host(state_bytes(pads_)));

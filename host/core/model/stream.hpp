@@ -62,9 +62,9 @@ class Stream {
     // the pressure of a cell that no site reads may be any number.
     virtual void save(const PadList&, const StateMemory<char>&) = 0;
     virtual void load(const PadList&, const StateMemory<const char>&) = 0;
-    // Copies what the states of pads hold of some cells: for each pad plane by plane, as save() does, then their
-    // pressures.
-    virtual void read(const PadList&, const std::vector<HeldCell>&, float* to) = 0;
+    // Copies what the states of pads hold of some cells, ascending: for each pad the first `planes` planes, in the
+    // order of save(), then their pressures.
+    virtual void read(const PadList&, const std::vector<HeldCell>&, size_t planes, float* to) = 0;
     // Keeps memory in which the states of all pads are copied, so that save() and load() allocate nothing.
     virtual void reserve_states() {}
     // Gives pads other elements in series, the same number as before; strains are kept.

@@ -32,7 +32,7 @@ std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
 } // namespace
 
 Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend, PressedCells& pressed)
-    : pressed_(pressed), planes_(state_layout_of(s).planes) {
+    : pressed_(pressed), planes_(s.skin.chain.elements() * (s.variant().compensated ? 2 : 1)) {
     if (s.afferents.empty()) return;
     std::ranges::transform(s.afferents, std::back_inserter(kinds_), plan::kind_of);
     fibres_ = backend.fibres(kinds_, size_t(s.pads));
@@ -85,7 +85,7 @@ void Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, si
 // The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
 void Spiking::read_inputs(const plan::PadList& pads) {
     const size_t n = cells_.size();
-    pressed_.stream().read(pads, cells_, read_.data());
+    pressed_.stream().read(pads, cells_, planes_, read_.data());
     const float* planes = read_.data();
     for (size_t p = 0; p < pads.count; ++p, planes += n * (planes_ + 1)) {
         const size_t pad = size_t(pads[p]);

@@ -40,7 +40,7 @@ class Spiking : public Stage {
     };
     PressedCells& pressed_;
     std::vector<plan::FibreKind> kinds_;
-    size_t planes_;                     // of a state
+    size_t planes_;                     // of a state: those of strains
     std::vector<plan::HeldCell> cells_; // that any fibre feels, ascending
     std::vector<Source> sources_;
     std::vector<double> moduli_;                         // at which each pad's material comes to rest, Pa
