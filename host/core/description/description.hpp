@@ -70,7 +70,7 @@ std::vector<Afferents> validated_afferents(const SkinDescription&, std::vector<A
 // Refuses a map that has another size than the grid or holds a number that is not finite.
 void need_map(const char* parameter, const Map&, const Grid&);
 
-// What survey_material() finds out while it checks the modulus and viscosity of every cell.
+// The result of survey_material(), which checks the modulus and viscosity of every cell.
 struct MaterialSurvey {
     std::optional<size_t> elastic; // the last cell with an element without viscosity, other than `spring`
     bool spring = false;           // all cells have a spring in series with other elements

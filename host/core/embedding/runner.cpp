@@ -287,7 +287,8 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
     if (saves) move();
 }
 
-// Downloads rows of pressure, and of a state, whose rows are single cells where sites read them.
+// Downloads the rows of pressure and of a state that hold these cells. If sites read the state, its rows are single
+// cells.
 void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) {
     const Use use = context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;

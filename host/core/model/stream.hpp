@@ -119,7 +119,7 @@ typename K::Constants constants_of(const typename K::Constants& skin, const type
     return c;
 }
 
-// What a march is made for. References outlive it.
+// The skin, load and outputs of a march. Its references outlive the march.
 struct MarchPlan {
     const PreparedSkin& skin;
     Variant variant;

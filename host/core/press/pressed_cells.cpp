@@ -24,7 +24,7 @@ void PressedCells::set_elements(const plan::PadList& pads, const std::vector<pla
     felt_.set_elements(pads, elements);
 }
 
-void PressedCells::save(const plan::PadList& pads, const plan::StateMemory<char>& to) {
+void PressedCells::save_cells(const plan::PadList& pads, const plan::StateMemory<char>& to) {
     stream_->save(pads, to);
     for (size_t i = 0; !read_.empty() && i < pads.count; ++i) {
         char* const pressure = to.pressure_of(i);

@@ -30,28 +30,19 @@ class PressedCells : public Stage {
     bool rests(int pad) const override { return stream_->rests(pad); }
     void reset(const plan::PadList& pads) override { stream_->reset(pads); }
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
-    size_t state_bytes() const override { return strain_bytes() + pressure_bytes(); }
-    // Pressures of cells that no site reads become 0, so that equal skins have equal states, whatever pressed them.
-    void save(const plan::PadList&, const plan::StateMemory<char>&);
-    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) { stream_->load(pads, from); }
-    void save(const plan::PadList& pads, char* to) override { save(pads, memory(to)); }
-    void load(const plan::PadList& pads, const char* from) override { load(pads, memory(from)); }
+    // Copies strains and pressures. Pressures of cells that no site reads become 0, so that equal skins have equal
+    // states, whatever pressed them.
+    void save_cells(const plan::PadList&, const plan::StateMemory<char>&);
 
     // The strain of each cell that a pad's state holds.
     std::vector<float> strain_of(int pad);
     // Strain, indentation or curvature of all pads; the same memory until the next call. rest_curvature: of each cell
     // of fields.
     const std::vector<float>& told(Quantity, const float* rest_curvature);
-    // A response of the last press: count() numbers of all pads; nothing if the skin has it not.
+    // A response of the last press: count() numbers of all pads; nothing if the skin does not have it.
     std::optional<Skin::Response> response(Quantity);
 
   private:
-    size_t strain_bytes() const { return layout_.cells * layout_.planes * sizeof(float); }
-    size_t pressure_bytes() const { return layout_.pressure * sizeof(float); }
-    template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const {
-        return {states, states + strain_bytes(), state_bytes(), state_bytes()};
-    }
-
     const size_t pads_, cells_;
     const plan::Wanted wanted_;
     const plan::StateLayout layout_;

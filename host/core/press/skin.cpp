@@ -245,14 +245,14 @@ void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, si
 }
 
 void Skin::Impl::save(const plan::PadList& list, const StateParts<char>& to) {
-    cells.save(list, to.cells);
+    cells.save_cells(list, to.cells);
     if (to.steps) last_steps.save(list, to.steps);
     if (to.fibres) spiking.save(list, to.fibres);
     if (to.shear) shear.save(list, to.shear);
 }
 
 void Skin::Impl::load(const plan::PadList& list, const StateParts<const char>& from) {
-    cells.load(list, from.cells);
+    cells.stream().load(list, from.cells);
     if (from.steps) last_steps.load(list, from.steps);
     if (from.fibres) spiking.load(list, from.fibres);
     if (from.shear) shear.load(list, from.shear);

@@ -21,10 +21,10 @@ class Stage {
     virtual void reset(const plan::PadList&) = 0; // back to skins at rest
     // Gives pads other elements in series, all of them the same.
     virtual void set_elements(const plan::PadList&, const std::vector<plan::Element>&) {}
-    // Its part of a saved state: the bytes of a pad, 0 if it has none; copied to and from any address.
-    virtual size_t state_bytes() const = 0;
-    virtual void save(const plan::PadList&, char* to) = 0;
-    virtual void load(const plan::PadList&, const char* from) = 0;
+    // The stage's part of a saved state: the bytes of a pad, 0 if it has none; copied to and from any address.
+    virtual size_t state_bytes() const { return 0; }
+    virtual void save(const plan::PadList&, char* /*to*/) {}
+    virtual void load(const plan::PadList&, const char* /*from*/) {}
 };
 
 // The last step of each pad, s; 0: none, or not known. It is saved only under parabolic hold.
