@@ -67,7 +67,7 @@ long double below_cell(long double x, long double y, long double h, long double 
 class Curvature {
   public:
     explicit Curvature(const dermis::SkinDescription&);
-    Numbers laplacian(const Numbers& map) const;
+    template <class T> std::vector<T> laplacian(const std::vector<T>& map) const; // T: long double or Wide
 
   private:
     using Weights = std::vector<std::vector<std::pair<int, long double>>>; // of the differences, for each place

@@ -4,9 +4,13 @@
 
 #include <mpfr.h>
 
+#include <cmath>
 #include <utility>
 
 namespace oracle {
+
+// A number of 113 bits.
+__extension__ typedef __float128 Wide;
 
 // A number of Real::bits bits, which stay the same while numbers are in use together.
 class Real {
@@ -73,6 +77,14 @@ class Real {
         return r;
     }
     long double rounded() const { return mpfr_get_ld(x_, MPFR_RNDN); }
+    Wide wide() const {
+        const long double high = rounded();
+        if (!std::isfinite(high)) return high;
+        Real rest;
+        mpfr_set_ld(rest.x_, high, MPFR_RNDN);
+        mpfr_sub(rest.x_, x_, rest.x_, MPFR_RNDN);
+        return Wide(high) + rest.rounded();
+    }
 
   private:
     template <class Operation> static Real binary(Operation operation, const Real& a, const Real& b) {

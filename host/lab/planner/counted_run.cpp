@@ -36,6 +36,11 @@ double least_normal(double peak, const Rounding& by) {
     return peak > 0 ? (by.single ? 0x1p-150 : 0x1p-1074) / peak : 0;
 }
 
+// Infinite if a difference of pressures, per unit of the greatest one, is beyond the precision.
+double overflow(double change, double peak, const Rounding& by) {
+    return change * peak < (by.single ? 3e38 : 1e308) ? 0 : INFINITY;
+}
+
 // The same as load_of_frames() along a parabola. Its pressures are rounded where the feed has computed them; the kernel
 // rounds their differences.
 counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by) {
@@ -60,9 +65,12 @@ counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step,
                                        {step.jump * from, step.jump * off(0), 0, &by});
     load.past.by = &by;
     if (change == 0 && bow == 0) return load; // equal frames are rounded alike, and differ by 0
-    load.ds = {run(start, end), off(start) + off(end) + by.u * run(start, end), 0, &by};
+    const auto run_off = [&](double u, double v) {
+        return off(u) + off(v) + by.u * run(u, v) + overflow(run(u, v), peak, by);
+    };
+    load.ds = {run(start, end), run_off(start, end), 0, &by};
     load.ds.value = std::min(load.ds.value, value(end) - value(start));
-    load.past = {run(led, start), off(led) + off(start) + by.u * run(led, start) + flushed, 0, &by};
+    load.past = {run(led, start), run_off(led, start) + flushed, 0, &by};
     return load;
 }
 
@@ -91,7 +99,8 @@ counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, d
     const double change = step.rise == 0 ? 0 : std::min(from + to, of_frame(schedule.frame_changes, step.frame, peak));
     const auto whole = [](double x) { return x == std::floor(x); };
     const bool equal = change == 0 && whole(2 * start) && whole(2 * end); // from frame to frame: rounded alike
-    const Counted changed = equal ? zero : Counted(change, 4 * least + by.u * (from + to) + by.u * change, 0, &by);
+    const double off = 4 * least + by.u * (from + to) + by.u * change + overflow(change, peak, by);
+    const Counted changed = equal ? zero : Counted(change, off, 0, &by);
     const Known frame{.change = &changed};
     counted::Constants c;
     c.start = share(start, begin, step.begin);

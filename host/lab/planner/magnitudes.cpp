@@ -94,7 +94,7 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     return all;
 }
 
-void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& read, bool separable,
+void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& read, const Arithmetic& kind,
                 std::vector<PressedMaterial>& materials) {
     const size_t width = size_t(skin.width());
     for (PressedMaterial& m : materials) m.gain = m.value_gain = 0;
@@ -103,8 +103,9 @@ void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& 
         const double pressure = schedule.framed ? m.peak : std::abs(schedule.pressure[i]);
         if (pressure == 0) return;
         const double share = pressure / m.peak, gain = std::abs(1 + skin.constants.curvature_length * rest);
-        const bool even = separable || m.around > m.peak; // otherwise rounded by units of binades
-        const double of_units = even ? share : std::ldexp(1, std::ilogb(share * (1 + 1e-5)) + 1);
+        const bool even = kind.separable || m.around > m.peak;  // otherwise rounded by units of binades
+        const bool denormal = kind.single && m.peak < 0x1p-100; // all are rounded to the same unit
+        const double of_units = denormal ? 1 : even ? share : std::ldexp(1, std::ilogb(share * (1 + 1e-5)) + 1);
         m.gain = std::max(m.gain, std::min(of_units, 1.0) * gain);
         m.value_gain = std::max(m.value_gain, share * gain);
     };

@@ -3,7 +3,7 @@
 // greatest.
 #pragma once
 
-#include "host/lab/schedule/schedule.hpp"
+#include "host/lab/planner/bound.hpp"
 
 #include <cmath>
 
@@ -49,9 +49,9 @@ struct Read {
 
 std::vector<PressedMaterial> pressed_materials(const plan::PreparedSkin&, const plan::Schedule&, const Read&);
 
-// Sets the gains of materials. separable: errors are proportional to pressure; otherwise, half a unit in the last place
-// of a smaller value is up to twice as much of it.
-void take_gains(const plan::PreparedSkin&, const plan::Schedule&, const Read&, bool separable,
+// Sets the gains of materials. Of products, errors are proportional to pressure; otherwise, half a unit in the last
+// place of a smaller value is up to twice as much of it.
+void take_gains(const plan::PreparedSkin&, const plan::Schedule&, const Read&, const Arithmetic&,
                 std::vector<PressedMaterial>&);
 
 // Where the planner looks for the greatest |X_exact|, and a witness for errors. Cells: in turn those that are strained

@@ -75,7 +75,7 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
     AnalysedMaterials m{.pressed = pressed_materials(skin, schedule, read),
                         .deep = deep_materials(skin, schedule, kind, read),
                         .chain = skin.chain};
-    take_gains(skin, schedule, read, kind.separable, m.pressed);
+    take_gains(skin, schedule, read, kind, m.pressed);
     if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
     if (m.ends.empty()) m.ends = {m.pressed.size()};
     double least = schedule.framed ? 0 : least_of(schedule.pressure), below = 0, least_below = INFINITY;
@@ -116,7 +116,7 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
         as.pressure = schedule.map_of(q);
         if (schedule.framed) as.pressure = std::vector<double>(skin.cells(), space.norm() * largest_of(as.pressure));
         std::vector<PressedMaterial> materials = pressed_materials(skin, as, read);
-        take_gains(skin, as, read, kind.separable, materials);
+        take_gains(skin, as, read, kind, materials);
         DeepMaterial m{
             .pressed = materials.front(), .off = unit_of_double, .least = schedule.framed ? 0 : least_of(as.pressure)};
         const double peak = m.pressed.peak;
