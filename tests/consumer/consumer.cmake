@@ -46,8 +46,8 @@ if(claim STREQUAL "install")
     file(RENAME ${prefix}_first ${prefix})
 
 # With only what the library is made of, which must stay as it is, and no header of what command and tests use. Another
-# optimization than here, and several files in one unit: a parent project may set both, and neither may change a bit, which
-# the test `determinism` asks of this build again.
+# optimization than here, and several files in one unit, as a part of any project: neither may change a bit, which the
+# test `determinism` asks of this build again.
 elseif(claim STREQUAL "add_subdirectory")
     set(build_type None)
     set(cxx_flags "${cxx_flags} -O1 -march=native -DNDEBUG")
@@ -67,7 +67,7 @@ elseif(claim STREQUAL "add_subdirectory")
     endif()
     set(folder ${work}/subproject)
     configure(subproject ${folder} -Ddermis_source=${copy} -DBUILD_SHARED_LIBS=${shared}
-        -DCMAKE_UNITY_BUILD=ON -UDERMIS_*)
+        -UCMAKE_UNITY_BUILD -UDERMIS_*)
     run(${CMAKE_COMMAND} --install ${folder} --prefix ${prefix})
     if(EXISTS ${prefix})
         message(FATAL_ERROR "a part of another project installs itself unasked")

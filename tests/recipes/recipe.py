@@ -106,7 +106,7 @@ def main(source, work):
             text = text.replace(before, after)
         (work / name).write_text(text)
     build = work / "build"
-    run("cmake", "-S", work, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_UNITY_BUILD=ON",
+    run("cmake", "-S", work, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
         "-DCMAKE_CXX_FLAGS=-O0 -Werror=switch", "-DDERMIS_TESTS=OFF", "-DDERMIS_BENCH=OFF", "-DDERMIS_INSTALL=OFF")
     run("cmake", "--build", build, "--target", "dermis-cli")
     dermis = build / "dermis"
