@@ -432,7 +432,10 @@ Worst worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Boun
         const double off = scale * bounds.error[size_t(q)];
         const double error = off + (q == Quantity::fa2 && off > 0 ? stored : 0);         // flushed after the gains
         if (scale * bounds.greatest[size_t(q)] <= stored && error <= 5 * stored) return; // exact
-        const double peak = scale * largest[size_t(q)], before = worst.error;
+        // In cells that have come to rest what is measured is a rounding too.
+        const double measured = largest[size_t(q)],
+                     peak = measured > 2 * bounds.throughout[size_t(q)] ? scale * measured : 0;
+        const double before = worst.error;
         raise(worst.error, error / std::max(peak, stored));
         if (worst.error > before) worst.of = q, worst.peak = peak;
     };
