@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <utility>
 
 namespace oracle {
 
@@ -226,17 +227,18 @@ Pressure pressure_of(const Scene& s, const Envelope& e) {
     return p;
 }
 
-// 1 in frame k and 0 in the others. Along parabolas it also appears in the pressure one frame later.
-Pressure pressure_of_frame(const Scene& s, size_t k, size_t count) {
+// 0 before frame k and 1 from it on: of such steps equal frames have none, so that nothing cancels between them. Along
+// parabolas a step also bends the pressure one frame later.
+Pressure pressure_of_step(const Scene& s, size_t k, size_t count) {
     const Real interval = *s.load.interval, step = s.time.step;
     const bool bent = s.load.hold == Hold::parabolic;
     const auto time = [&](size_t i) { return snapped(interval * Real(double(i)), step); };
     const auto slope = [&](size_t i) { // from frame i on, along a line
-        return Real(double(i + 1 == k) - double(i == k)) / (time(i + 1) - time(i));
+        return Real(double(i + 1 == k)) / (time(i + 1) - time(i));
     };
     Pressure p;
-    for (size_t i = k ? k - 1 : 0; i < std::min(k + 2 + bent, count); ++i) {
-        const double here = i == k;
+    for (size_t i = k ? k - 1 : 0; i < std::min(k + 1 + bent, count); ++i) {
+        const double here = i >= k;
         Knot knot{time(i), i ? here : 0, here};
         if (bent && i > 0 && i + 1 < count)
             knot.bow = Real(2) * (slope(i) - slope(i - 1)) / (time(i + 1) - time(i - 1));
@@ -312,17 +314,22 @@ class Evaluation {
         Real::bits = more_bits + bits_of(s_, materials_);
         const bool sequence = s_.load.kind == Load::Kind::sequence;
         const Fa2 fa2 = s_.receptors.fa2.value_or(sequence ? Fa2::step_mean : Fa2::point);
-        std::vector<Pressure> loads = {sequence ? pressure_of_frame(s_, 0, c.frames.size())
+        std::vector<Pressure> loads = {sequence ? pressure_of_step(s_, 0, c.frames.size())
                                                 : pressure_of(s_, s_.load.envelope)};
         for (const Load& load : s_.more_loads) loads.push_back(pressure_of(s_, load.envelope));
         jumps_ = jumps_of(s_, loads);
         instants_ = instants_of(s_, jumps_, fa2 == Fa2::step_mean);
         take_space();
-        take_load(loads[0], sequence ? c.frames[0] : s_.load.map.values(), s_.load.intensity);
+        std::vector<Wide> p = pressed_by(sequence ? c.frames[0] : s_.load.map.values(), s_.load.intensity);
+        take_load(loads[0], p);
         for (size_t k = 0; k < s_.more_loads.size(); ++k)
-            take_load(loads[1 + k], s_.more_loads[k].map, s_.more_loads[k].intensity);
-        for (size_t k = 1; k < c.frames.size(); ++k)
-            take_load(pressure_of_frame(s_, k, c.frames.size()), c.frames[k], s_.load.intensity);
+            take_load(loads[1 + k], pressed_by(s_.more_loads[k].map, s_.more_loads[k].intensity));
+        for (size_t k = 1; k < c.frames.size(); ++k) {
+            const std::vector<Wide> before = std::exchange(p, pressed_by(c.frames[k], s_.load.intensity));
+            std::vector<Wide> change(cells_);
+            for (size_t i = 0; i < cells_; ++i) change[i] = p[i] - before[i];
+            take_load(pressure_of_step(s_, k, c.frames.size()), change);
+        }
     }
 
     Exact all() {
@@ -377,14 +384,17 @@ class Evaluation {
             for (long double& v : *map) v *= s_.surface.relief.value_or(1);
     }
 
-    void take_load(const Pressure& pressure, const std::vector<double>& map, double intensity) {
-        Numbers p(map.begin(), map.end());
-        for (long double& v : p) {
+    std::vector<Wide> pressed_by(const std::vector<double>& map, double intensity) const {
+        std::vector<Wide> p;
+        for (double v : map) {
             if (s_.load.control == Control::depth) // the strain is a map of doubles
-                v = v * intensity > 0 ? double(v) / s_.material.thickness.value_or(1) : 0;
-            v *= intensity;
+                v = v * intensity > 0 ? v / s_.material.thickness.value_or(1) : 0;
+            p.push_back(Wide(v) * intensity);
         }
-        maps_.push_back(p);
+        return p;
+    }
+
+    void take_load(const Pressure& pressure, const std::vector<Wide>& p) {
         take_depths(p);
         const PreparedPressure prepared(pressure, instants_);
         std::vector<std::vector<Moment>>& moments = moments_.emplace_back();
@@ -403,8 +413,8 @@ class Evaluation {
     }
 
     // What acts at the depth of each class under a map; the map itself for a class without a depth.
-    void take_depths(const Numbers& p) {
-        std::array<Numbers, 5>& deep = deep_maps_.emplace_back();
+    void take_depths(const std::vector<Wide>& p) {
+        std::array<std::vector<Wide>, 5>& deep = deep_maps_.emplace_back();
         deep.fill(p);
         const Depths& depths = s_.receptors.depth;
         const std::optional<double> of[] = {{}, depths.sa1, depths.sa2, depths.fa1, depths.fa2};
@@ -418,7 +428,7 @@ class Evaluation {
                 weight.push_back(below_cell(*s_.grid.spacing * (i % width), *s_.grid.spacing * (i / width),
                                             *s_.grid.spacing, *of[q], poisson));
             for (int i = 0; i < width * height; ++i) {
-                long double sum = 0;
+                Wide sum = 0;
                 for (int j = 0; j < width * height; ++j)
                     sum += p[size_t(j)] *
                            weight[size_t(std::abs(i / width - j / width) * width + std::abs(i % width - j % width))];
@@ -436,7 +446,7 @@ class Evaluation {
         return map;
     }
     Numbers sum(size_t instant, size_t q, Wide Moment::*what) const {
-        const std::vector<Wide> map = sum(instant, q, what, 0, maps_.size());
+        const std::vector<Wide> map = sum(instant, q, what, 0, deep_maps_.size());
         return Numbers(map.begin(), map.end());
     }
 
@@ -462,8 +472,8 @@ class Evaluation {
     // Frames are one load.
     Numbers curvature_at(size_t instant) const {
         std::vector<Wide> bent(cells_);
-        const size_t count = s_.more_loads.empty() ? maps_.size() : 1;
-        for (size_t k = 0; k < maps_.size(); k += count) {
+        const size_t count = s_.more_loads.empty() ? deep_maps_.size() : 1;
+        for (size_t k = 0; k < deep_maps_.size(); k += count) {
             const std::vector<Wide> of = curvature_.laplacian(sum(instant, 0, &Moment::strain, k, count));
             for (size_t i = 0; i < cells_; ++i) bent[i] += of[i];
         }
@@ -531,10 +541,9 @@ class Evaluation {
     std::vector<Instant> instants_;
     Numbers height_, rest_; // S, and L(S) of a spacing of 1
     long double area_ = 1, l_ = 1, h_ = 1;
-    bool bent_ = false;                                     // a field asks for curvature or deformation
-    std::vector<Numbers> maps_;                             // [load]
-    std::vector<std::array<Numbers, 5>> deep_maps_;         // [load][quantity]
-    std::vector<std::vector<std::vector<Moment>>> moments_; // [load][material][instant]
+    bool bent_ = false;                                       // a field asks for curvature or deformation
+    std::vector<std::array<std::vector<Wide>, 5>> deep_maps_; // [load][quantity]
+    std::vector<std::vector<std::vector<Moment>>> moments_;   // [load][material][instant]
 };
 
 // ---- the distance of a result
