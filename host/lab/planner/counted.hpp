@@ -24,9 +24,11 @@ struct Rounding {
     double denormal = 0;      // rounding of a float that is no normal number, over the share of the peak that is read
     double least = 0;         // least pressure that is not 0, per unit of the pressure that is read; 0: not known
 
-    // Half a unit in the last place of the most pressed cell's value. In every other cell it is at most this.
+    // Half a unit in the last place of the most pressed cell's value, infinite if that is beyond the precision. In
+    // every other cell it is at most this.
     double of(double size) const {
         const double greatest = peak * size * (1 + 1e-5);
+        if (greatest > (single ? 3e38 : 1e308)) return INFINITY;
         const double binade = std::bit_cast<double>(std::bit_cast<std::uint64_t>(greatest) & 0x7ff0000000000000);
         return greatest == 0 ? 0 : std::max(u * binade, denormal) / peak;
     }
@@ -75,7 +77,10 @@ inline Counted operator+(const Counted& a, const Counted& b) {
     if (by && by->bound) sum.size = a.size + b.size;
     // The rounding is no more than either term, and there is none where they cancel down to less than the smaller one.
     const bool cancels = sum.size < 0.9 * std::min(a.size, b.size);
-    if (by && !(a.known && a.known->sum) && !cancels) sum.off += std::min({by->of(sum.size), a.most(), b.most()});
+    if (by && !(a.known && a.known->sum) && !cancels) {
+        const double rounded = by->of(sum.size);
+        sum.off += rounded < INFINITY ? std::min({rounded, a.most(), b.most()}) : INFINITY;
+    }
     return sum;
 }
 

@@ -36,11 +36,6 @@ double least_normal(double peak, const Rounding& by) {
     return peak > 0 ? (by.single ? 0x1p-150 : 0x1p-1074) / peak : 0;
 }
 
-// Infinite if a difference of pressures, per unit of the greatest one, is beyond the precision.
-double overflow(double change, double peak, const Rounding& by) {
-    return change * peak < (by.single ? 3e38 : 1e308) ? 0 : INFINITY;
-}
-
 // The same as load_of_frames() along a parabola. Its pressures are rounded where the feed has computed them; the kernel
 // rounds their differences.
 counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by) {
@@ -65,9 +60,7 @@ counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step,
                                        {step.jump * from, step.jump * off(0), 0, &by});
     load.past.by = &by;
     if (change == 0 && bow == 0) return load; // equal frames are rounded alike, and differ by 0
-    const auto run_off = [&](double u, double v) {
-        return off(u) + off(v) + by.u * run(u, v) + overflow(run(u, v), peak, by);
-    };
+    const auto run_off = [&](double u, double v) { return off(u) + off(v) + by.of(run(u, v)); };
     load.ds = {run(start, end), run_off(start, end), 0, &by};
     load.ds.value = std::min(load.ds.value, value(end) - value(start));
     load.past = {run(led, start), run_off(led, start) + flushed, 0, &by};
@@ -99,7 +92,7 @@ counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, d
     const double change = step.rise == 0 ? 0 : std::min(from + to, of_frame(schedule.frame_changes, step.frame, peak));
     const auto whole = [](double x) { return x == std::floor(x); };
     const bool equal = change == 0 && whole(2 * start) && whole(2 * end); // from frame to frame: rounded alike
-    const double off = 4 * least + by.u * (from + to) + by.u * change + overflow(change, peak, by);
+    const double off = 4 * least + by.u * (from + to) + by.of(change);
     const Counted changed = equal ? zero : Counted(change, off, 0, &by);
     const Known frame{.change = &changed};
     counted::Constants c;
