@@ -3,7 +3,7 @@
 
     held_depth.py dermis picture.png
 
-The stress of the preset relaxes with 4, 70 and 1400 ms (host/lab/scenes/fingertip.md). Each method steps its branches,
+The stress of the preset relaxes with 4, 70 and 1400 ms (host/core/description/fingertip.md). Each method steps its branches,
 s' = -s/tau, from the stress at once. Prints the greatest error over 2 s by the stress at once, and draws it.
 """
 import subprocess

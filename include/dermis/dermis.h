@@ -110,6 +110,8 @@ DERMIS_API dermis_status dermis_scene_from_file(const char* path, dermis_scene**
 // text: the content of such a file; "" is a valid scene. folder: where relative paths start; NULL: the working
 // directory.
 DERMIS_API dermis_status dermis_scene_from_string(const char* text, const char* folder, dermis_scene** scene);
+// The fingertip of the preset, as dermis::fingertip(), with the default load.
+DERMIS_API dermis_status dermis_scene_fingertip(dermis_scene** scene);
 // Replaces one key, as in ("time.step", "0.001"). value: one line of TOML; what is not TOML is taken as a string. The
 // scene must be valid before and after. Keys that depend on each other are therefore set together, as a table:
 // ("time", "{ step = 0.5, duration = 20 }") replaces all keys of that table. Or they stand in the text from the start.

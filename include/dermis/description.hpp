@@ -212,7 +212,7 @@ struct Site {
     Cell cell;                     // inside the grid
 };
 
-// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/lab/scenes/fingertip.md.
+// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/core/description/fingertip.md.
 struct Density {
     double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0; at most 1e8 receptors of a class
 };
@@ -229,6 +229,11 @@ struct SkinDescription {
     Receptors receptors;
     std::vector<Site> sites;
 };
+
+// A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation
+// times. Each number stands with its source in host/core/description/fingertip.md, and each can be changed. Receptors
+// are population(fingertip().grid); a scene of it is Scene{fingertip()}, whose load is left to the caller.
+DERMIS_API SkinDescription fingertip();
 
 // A figure that shows whether the numbers of a skin are plausible, and the range in which they are.
 struct Figure {

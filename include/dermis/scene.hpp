@@ -193,11 +193,6 @@ struct Scene : SkinDescription {
                                         const std::string& folder = {});
 };
 
-// A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation
-// times. Each number stands with its source in host/lab/scenes/fingertip.md, and each can be changed. The load is left
-// to the caller; receptors are population(scene.grid).
-DERMIS_API Scene fingertip();
-
 // The generalized Maxwell model, which papers call a Prony series: the stress per strain after a step of strain,
 //
 //     E(t) = equilibrium + sum moduli_k*e^(-t/times_k)

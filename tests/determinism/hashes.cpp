@@ -128,7 +128,7 @@ Scene chain() {
 
 // Makes a scene of a fingertip of which only receptors are computed.
 Scene receptors() {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.sites = population(s.grid, {}, 7);
     s.sites.resize(100);
     s.load.intensity = 1e4;
@@ -150,7 +150,7 @@ Scene product(Model model) {
 
 // Makes a scene of a fingertip over whose crests a texture slides, its pressure along parabolas between frames.
 Scene touch() {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.grid = {.width = width, .height = height, .spacing = 5e-5};
     s.load.intensity = 1e4;
     s.load.contact = Load::Contact::crests;

@@ -17,7 +17,7 @@ constexpr double E_end = 5e4, E_once = 2e5, nu = 0.4; // of the preset: the modu
 
 // The preset's material on a flat skin.
 Scene flat_skin(int cells, double spacing) {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.grid = {.width = cells, .height = cells, .spacing = spacing};
     s.surface = {.kind = Surface::Kind::flat, .relief = *s.surface.relief};
     s.load.control = Control::depth;

@@ -28,10 +28,10 @@ struct Row {
     std::string value, unit, source;
 };
 
-// The rows of the table in host/lab/scenes/fingertip.md by their keys.
+// The rows of the table in host/core/description/fingertip.md by their keys.
 std::map<std::string, Row> page_rows() {
     std::map<std::string, Row> rows;
-    const std::string text = slurp(data("../../host/lab/scenes/fingertip.md"));
+    const std::string text = slurp(data("../../host/core/description/fingertip.md"));
     const std::regex row("\\| `([a-z0-9_.]+)` \\| ([^|]*) \\| ([^|]*)\\| ([^|\n]*) \\|\n");
     for (std::sregex_iterator i(text.begin(), text.end(), row), end; i != end; ++i)
         rows[(*i)[1]] = {(*i)[2], (*i)[3], (*i)[4]};
@@ -58,8 +58,13 @@ Scene in_metres() {
 } // namespace
 
 TEST_CASE("the fingertip has the numbers of its page, each with a source or called chosen") {
-    const Scene s = fingertip();
+    const SkinDescription s = fingertip();
     const Relaxation r = relaxation_of(s.material.elements);
+    const std::vector<KelvinVoigt> chain =
+        chain_of({.moduli = {5e4, 5e4, 5e4}, .times = {0.004, 0.07, 1.4}, .equilibrium = 5e4});
+    CHECK(std::ranges::equal(chain, s.material.elements, [](const KelvinVoigt& a, const KelvinVoigt& b) {
+        return a.modulus == b.modulus && a.viscosity == b.viscosity;
+    }));
     const Density density;
     const std::map<std::string, std::vector<double>> given = {
         {"grid.width", {double(s.grid.width)}},
@@ -99,7 +104,7 @@ TEST_CASE("the fingertip has the numbers of its page, each with a source or call
 }
 
 TEST_CASE("a preset is the starting value of every key, and a key of one's own takes its place") {
-    const Scene tip = fingertip(), plain = scene_of(tip_preset);
+    const Scene tip{fingertip()}, plain = scene_of(tip_preset);
     const Result a = run(tip), b = run(plain);
     for (size_t t = 0; t < a.traces.size(); ++t) CHECK(a.traces[t].mean == b.traces[t].mean);
     CHECK(a.cells_per_ridge == relative(10, 1e-12));
@@ -164,7 +169,7 @@ TEST_CASE("a scene in metres says what it is made of; without units it has the s
 }
 
 TEST_CASE("a modulus or viscosity beside elements in series is refused, in C++ too") {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.material.modulus = 1e5;
     CHECK(holds(refusal(Error::Code::bad_input, [&] { run(s); }),
                 "material.modulus = 1e+05; allowed: not beside material.elements"));

@@ -11,7 +11,7 @@ namespace {
 
 // The preset's skin under a punch of 1 mm: relaxation times of 4, 70 and 1400 ms, a fourth of the stress in the end.
 Scene punched(int cells, double spacing) {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.grid = {.width = cells, .height = cells, .spacing = spacing};
     s.surface = {.kind = Surface::Kind::flat, .relief = *s.surface.relief};
     s.material.curvature_length = 0;

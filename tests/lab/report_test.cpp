@@ -11,7 +11,7 @@ namespace {
 
 // A fingertip under 10 kPa, and what else a test changes.
 Scene pressed_tip() {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.grid.width = s.grid.height = 60;
     s.load.intensity = 1e4;
     s.time = {.step = 0.05, .duration = 3};

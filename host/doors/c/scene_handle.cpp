@@ -45,6 +45,10 @@ dermis_status dermis_scene_from_string(const char* text, const char* folder, der
     });
 }
 
+dermis_status dermis_scene_fingertip(dermis_scene** scene) {
+    return dermis_scene_from_string("preset = \"fingertip\"", nullptr, scene);
+}
+
 dermis_status dermis_scene_set(dermis_scene* scene, const char* key, const char* value) {
     return guarded([&] {
         need_pointer(scene, "scene");

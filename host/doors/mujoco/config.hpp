@@ -110,7 +110,7 @@ struct Config {
         const std::string path = given.text("scene");
         if (path.empty()) {
             const std::vector<double> size = given.numbers("size", 2, {24, 24}, 0, 1048576);
-            scene = fingertip();
+            static_cast<SkinDescription&>(scene) = fingertip();
             scene.surface = {.kind = Surface::Kind::flat, .relief = scene.surface.relief};
             scene.grid = {given.whole("size", size[0]), given.whole("size", size[1]),
                           given.number("spacing", 5e-4, 1e-9, 1e6)};

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The page in the browser, where emscripten compiles; elsewhere the program that replays recordings of the page.
-add_executable(dermis-page host/examples/page/session.cpp host/lab/scenes/fingertip.cpp host/lab/scenes/relaxation.cpp)
+add_executable(dermis-page host/examples/page/session.cpp )
 target_link_libraries(dermis-page PRIVATE dermis_core_objects dermis_options)
 if(NOT EMSCRIPTEN)
     target_sources(dermis-page PRIVATE host/examples/page/replay.cpp)

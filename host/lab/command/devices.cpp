@@ -16,7 +16,7 @@ using Kernels = std::vector<SelfTest::Kernel>;
 
 // Receptors of a fingertip, in every class, over whose crests a texture slides, its pressure along parabolas.
 Scene touched() {
-    Scene s = fingertip();
+    Scene s{fingertip()};
     s.grid = {.width = 61, .height = 37, .spacing = 5e-5};
     s.load.intensity = 1e4;
     s.load.contact = Load::Contact::crests;

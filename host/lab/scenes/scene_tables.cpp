@@ -231,7 +231,7 @@ Scene preset_in(Section& top) {
     const auto preset = top.text("preset");
     if (!preset) return {};
     if (*preset != "fingertip") refuse(top.parameter("preset"), "\"" + *preset + "\"", "\"fingertip\"");
-    return fingertip();
+    return {fingertip()};
 }
 
 Scene read_all(Section top, const PathBase& folder) {

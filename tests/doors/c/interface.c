@@ -57,6 +57,10 @@ static void scenes(void) {
     int32_t width = 0, height = 0;
     REFUSED(dermis_scene_from_string("[time]\n\nstep = -1\n", NULL, &scene), "scene:3: time.step = -1; allowed: ");
     CHECK(scene == NULL);
+    CHECK(dermis_scene_fingertip(&scene) == DERMIS_OK);
+    CHECK(dermis_scene_get_size(scene, &width, &height) == DERMIS_OK && width == 200 && height == 200);
+    dermis_scene_destroy(scene);
+    scene = NULL;
     REFUSED(dermis_scene_from_string(NULL, NULL, &scene), "text = (null)");
     REFUSED(dermis_scene_from_string("", NULL, NULL), "scene = (null)");
     REFUSED(dermis_scene_from_file("no/such/scene.toml", &scene), "no/such/scene.toml: cannot be read");
