@@ -37,6 +37,11 @@ class VulkanBackend : public plan::Backend {
         key.push_back(2); // of a march: a stream's key ends in 0 or 1
         return context_->exact(key, [&] { return marches_exactly(*this, variant); });
     }
+    bool exact(const plan::StreamedSkin& skin) override {
+        std::vector<uint32_t> key = specialization(skin.variant());
+        key.push_back(!skin.skin.description.sites.empty());
+        return context_->exact(key, [&] { return presses_exactly(*this, skin); });
+    }
     std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
                                                        size_t pads) override {
         const Use use = context_->need_working();

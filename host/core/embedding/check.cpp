@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/embedding/check.hpp"
 
-#include "host/core/base/float_environment.hpp"
-#include "host/core/cpu/backend.hpp"
 #include "host/core/cpu/stream.hpp"
 #include "host/core/model/laplacian.hpp"
 
@@ -55,14 +53,6 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const 
     return d;
 }
 
-bool presses_exactly(plan::Backend& backend) {
-    const DefaultFloats guard;
-    for (const bool sites : {false, true}) {
-        if (!backend.stream(SampleStream({.sites = sites}).skin())->exact()) return false;
-    }
-    return true;
-}
-
 SampleStream::SampleStream(const Options& v) {
     SkinDescription d = sample_skin(v.stencil, v.edges, v.materials, v.chain);
     if (!v.gains) d.receptors.fa2_gains = {1, -1};
@@ -91,24 +81,17 @@ SampleStream::SampleStream(const plan::StreamedSkin& like)
                     .chain = like.skin.chain,
                     .wanted = like.wanted}) {}
 
-std::vector<float> SampleStream::pressure(int i) const {
-    std::vector<float> all;
-    for (int pad = 0; pad < streamed_.pads; ++pad) {
-        std::vector<float> own(streamed_.skin.padded_cells(), 0.0f);
-        if (i > 0)
-            own = plan::padded<float>((i + pad) % 2 ? sample_pressure() : streamed_.skin.description.surface.map,
-                                      streamed_.skin, "");
-        all.insert(all.end(), own.begin(), own.end());
+std::vector<std::vector<float>> SampleStream::pressures() const {
+    std::vector<std::vector<float>> all = {std::vector<float>(streamed_.skin.padded_cells() * size_t(streamed_.pads))};
+    for (int i = 1; i <= presses; ++i) {
+        std::vector<float>& pads = all.emplace_back();
+        for (int pad = 0; pad < streamed_.pads; ++pad) {
+            const Map& map = (i + pad) % 2 ? sample_pressure() : streamed_.skin.description.surface.map;
+            const std::vector<float> own = plan::padded<float>(map, streamed_.skin, "");
+            pads.insert(pads.end(), own.begin(), own.end());
+        }
     }
     return all;
-}
-
-std::vector<float> SampleStream::frame(const std::vector<float>& pressure) const {
-    const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
-    std::vector<float> frame;
-    for (size_t at = 0; at < pressure.size(); at += pitch)
-        frame.insert(frame.end(), pressure.data() + at, pressure.data() + at + width);
-    return frame;
 }
 
 std::array<size_t, 2> SampleStream::read_cells() const {
@@ -126,12 +109,18 @@ std::vector<std::vector<float>> SampleStream::pressed(plan::Stream& stream,
                                                       const std::vector<std::vector<float>>& pressures) const {
     const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch),
                  row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
+    const plan::PadList pads{.count = size_t(streamed_.pads)};
     std::vector<std::vector<float>> all;
-    std::vector<double> before(size_t(streamed_.pads));
-    const plan::StepLengths steps{.dt = &dt, .before = before.data(), .bent = streamed_.hold == Hold::parabolic};
-    for (size_t i = 1; i < pressures.size(); ++i) { // the first pressure is that at rest
-        const plan::PadList pads{.count = size_t(streamed_.pads)};
-        (void)stream.take(pads, frame(pressures[i]).data());
+    std::vector<double> before(pads.count);
+    for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) // asked for first, so that a device ends each press with them
+        if (streamed_.wanted[q]) (void)stream.response(Quantity(q));
+    for (int i = 0; i < presses; ++i) {
+        const std::vector<float>& pressure = pressures[size_t(i) + 1];
+        std::vector<float> frame; // without the cells beyond the width
+        for (size_t at = 0; at < pressure.size(); at += pitch)
+            frame.insert(frame.end(), pressure.data() + at, pressure.data() + at + width);
+        const plan::StepLengths steps = this->steps(i, before.data());
+        (void)stream.take(pads, frame.data());
         (void)stream.prepare(pads, steps); // null: a sample's coefficients fit float
         stream.press(pads, steps);
         steps.taken(pads);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tests whether presses of a backend have the CPU path's bits.
+// The skin that every test of bits presses.
 #pragma once
 
 #include "host/core/model/stream.hpp"
@@ -8,13 +8,9 @@
 
 namespace dermis {
 
-// The skin of every test. Its size is odd; its maps are noise from below the flush limit to about 1. chain: its
-// elements.
+// Its size is odd; its maps are noise from below the flush limit to about 1. chain: its elements.
 SkinDescription sample_skin(Stencil, Edges, bool materials, const plan::Chain&);
 Map sample_pressure(); // Pa
-
-// Whether the sample skin, pressed in fields and at sites, has the bits of the CPU path's plain loops.
-bool presses_exactly(plan::Backend&);
 
 // The sample skin, pressed twice frame by frame.
 class SampleStream {
@@ -40,14 +36,21 @@ class SampleStream {
 
     const plan::StreamedSkin& skin() const { return streamed_; }
     const plan::ResponseLayout& layout() const { return layout_; }
-    // The pressure at the end of press i = 1, 2; i = 0 is at rest. pitch*height values of each pad.
-    std::vector<float> pressure(int i) const;
-    // The same pressure as a stream takes it, width*height values of each pad.
-    std::vector<float> frame(const std::vector<float>& pressure) const;
+    // The pressures at rest and at the end of each press: pitch*height values of each pad.
+    std::vector<std::vector<float>> pressures() const;
+    // The steps of press i = 0, 1. The second press of a batch has a step for each pad, which is another kernel.
+    // before: of each pad.
+    plan::StepLengths steps(int i, double* before) const {
+        static constexpr double of_pads[] = {dt, dt};
+        return {.dt = of_pads,
+                .each = streamed_.pads > 1 && i > 0,
+                .before = before,
+                .bent = streamed_.hold == Hold::parabolic};
+    }
     // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
     std::array<size_t, 2> read_cells() const;
-    // Presses a stream of the sample. Returns the responses after each press, laid out as layout() says. pressures:
-    // before the first press, then at the end of each.
+    // Presses a stream of the sample. Returns the responses after each press, laid out as layout() says. pressures: as
+    // pressures() has them.
     std::vector<std::vector<float>> pressed(plan::Stream&, const std::vector<std::vector<float>>& pressures) const;
     // The same by the plain loops.
     std::vector<std::vector<float>> expected(const std::vector<std::vector<float>>& pressures) const;

@@ -3,7 +3,6 @@
 
 #include "host/core/base/float_environment.hpp"
 #include "host/core/embedding/skin_program.hpp"
-#include "host/core/vulkan/windows.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -31,9 +30,8 @@ SkinProgram fitting(Context& context, const plan::StreamedSkin& skin) {
 
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
-      height_(skin.skin.height()), layout_(state_layout_of(skin)), variant_(specialization(skin.variant())),
-      sites_(!skin.skin.description.sites.empty()), context_(std::move(context)), program_(fitting(*context_, skin)),
-      together_(frames_together()),
+      height_(skin.skin.height()), layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
+      context_(std::move(context)), program_(fitting(*context_, skin)), together_(frames_together()),
       constants_(on_device(program_.memory().constants)), state_{on_device(program_.memory().state),
                                                                  on_device(program_.memory().state)},
       pressure_{on_device(program_.memory().pressure), on_device(program_.memory().pressure)},
@@ -43,7 +41,6 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
       download_(on_host(program_.memory().response.bytes)), recordings_{Recording(*context_), Recording(*context_)},
       tables_(skin, skin.skin.materials), pad_(pads_), numbers_(pads_), steps_(pads_) {
     listed_.reserve(pads_);
-    variant_.push_back(sites_);
     fill(constants_, program_.memory().constants);
     fill(invalid_, program_.memory().invalid);
     for (int i = 0; i < 2; ++i)
@@ -83,26 +80,6 @@ void SkinRunner::fill(Buffer& buffer, const Memory& m) {
     const VkBufferCopy region{0, 0, staging.bytes()};
     context_->calls().vkCmdCopyBuffer(recording().begin(), staging.handle(), buffer.handle(), 1, &region);
     recording().submit();
-}
-
-bool SkinRunner::exact() {
-    const Use use = context_->need_working();
-    return context_->exact(variant_, [this] { return passes_check(); });
-}
-
-bool SkinRunner::passes_check() {
-    make_check(program_);
-    const Memory& m = program_.memory().check;
-    Buffer check = on_device(m), back = on_host(m.bytes);
-    fill(check, m);
-    program_.bind_check(info(check));
-    const VkCommandBuffer commands = recording().begin();
-    if (!program_.record_check(commands)) return false;
-    recording().barrier();
-    const VkBufferCopy region{0, 0, m.bytes};
-    context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);
-    recording().submit();
-    return program_.check_passed(back.data(), back.bytes());
 }
 
 bool SkinRunner::take(const plan::PadList& pads, const float* pressures, bool by_number) {

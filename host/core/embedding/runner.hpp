@@ -28,7 +28,6 @@ class SkinRunner : public plan::Stream {
         staging_.emplace(on_host(state_bytes(pads_)));
     }
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
-    bool exact() override;
 
   private:
     Recording& recording() { return recordings_[slot_]; }
@@ -47,7 +46,6 @@ class SkinRunner : public plan::Stream {
     template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
     // Calls f(first byte, bytes) for each run of neighbouring pads in each of these responses.
     template <class F> void each_response(const plan::PadList&, const plan::Wanted&, F f) const;
-    bool passes_check();
     void sort(const plan::PadList&, const plan::StepLengths&);
     // Records the download of these responses of these pads; after it has run, spread() them.
     void download(VkCommandBuffer, const plan::PadList&, const plan::Wanted&);
@@ -56,8 +54,7 @@ class SkinRunner : public plan::Stream {
     const size_t pads_, width_, pitch_;
     const int height_;
     const plan::StateLayout layout_;
-    std::vector<uint32_t> variant_; // of its kernel: the specialization, and whether sites respond
-    const bool sites_;              // only sites respond
+    const bool sites_; // only sites respond
     std::shared_ptr<Context> context_;
     SkinProgram program_;
     const size_t together_; // the frames that are pressed in one submission, at most

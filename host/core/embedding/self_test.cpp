@@ -142,13 +142,10 @@ void compare_marches(SelfTest& test, plan::Backend& backend, const plan::Prepare
     }
 }
 
-// Compares the kernel sites in a stream of frames.
-void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, SampleStream::Options options) {
-    options.sites = true;
-    const SampleStream sample(options);
-    std::vector<std::vector<float>> pressures;
-    for (int i = 0; i <= SampleStream::presses; ++i) pressures.push_back(sample.pressure(i));
-    const auto found = sample.pressed(*backend.stream(sample.skin()), pressures), expected = sample.expected(pressures);
+// Compares the responses of a stream of frames.
+void compare_presses(SelfTest::Kernel& kernel, plan::Backend& backend, const SampleStream& sample) {
+    const auto pressures = sample.pressures(), found = sample.pressed(*backend.stream(sample.skin()), pressures),
+               expected = sample.expected(pressures);
     for (size_t i = 0; i < found.size(); ++i)
         for (size_t k = 0; k < found[i].size(); ++k) kernel.compare(double(found[i][k]), double(expected[i][k]));
 }
@@ -181,7 +178,7 @@ SelfTest self_test(plan::Backend& backend) {
     const DefaultFloats guard;
     SelfTest test;
     const plan::Chain chain{.length = 3}, with_spring{.length = 3, .spring = true};
-    for (const Kind& kind :
+    for (Kind kind :
          {Kind{},
           {{.materials = true}, true},
           {{.stencil = Stencil::fourth_order, .edges = Edges::periodic, .precision = Precision::f32_compensated}, true},
@@ -189,7 +186,8 @@ SelfTest self_test(plan::Backend& backend) {
           {{.precision = Precision::f32_compensated, .chain = with_spring}, true},
           {{.stencil = Stencil::fourth_order, .edges = Edges::periodic, .materials = true, .chain = chain}}}) {
         kind.compare(test, backend);
-        compare_sites(test.kernels[SelfTest::sites], backend, kind.options);
+        kind.options.sites = true;
+        compare_presses(test.kernels[SelfTest::sites], backend, SampleStream(kind.options));
     }
     SelfTest::Kernel& others = test.kernels[SelfTest::others];
     for (const Kind& kind : {Kind{{.gains = false}},
@@ -207,6 +205,13 @@ SelfTest self_test(plan::Backend& backend) {
         }
     }
     return test;
+}
+
+bool presses_exactly(plan::Backend& backend, const plan::StreamedSkin& like) {
+    const DefaultFloats guard;
+    SelfTest::Kernel kernel{"presses"};
+    compare_presses(kernel, backend, SampleStream(like));
+    return kernel.different == 0;
 }
 
 bool marches_exactly(plan::Backend& backend, const Variant& v) {

@@ -30,7 +30,8 @@ struct SelfTest {
 // Tests every kind of variant, in marches and at sites.
 SelfTest self_test(plan::Backend&);
 
-// Whether a march of this variant has the bits of the CPU path's plain loops.
+// Whether a march of this variant, and presses of a skin like this one, have the bits of the CPU path's plain loops.
 bool marches_exactly(plan::Backend&, const plan::Variant&);
+bool presses_exactly(plan::Backend&, const plan::StreamedSkin&);
 
 } // namespace dermis

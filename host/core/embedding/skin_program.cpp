@@ -55,12 +55,12 @@ class DeviceCheck {
         Memory m = recorder_.needs().constants;
         m.initial.resize(layout_.end, 0);
         m.bytes = layout_.end;
-        for (int i = 0; i <= presses; ++i) {
-            std::vector<float> map = sample_.pressure(i);
-            const auto [first, second] = sample_.read_cells();
-            if (i == presses) map[first] = NAN, map[second] = -INFINITY;
-            std::memcpy(m.initial.data() + layout_.pressure[i], map.data(), map.size() * sizeof(float));
-        }
+        std::vector<std::vector<float>> pressures = sample_.pressures();
+        const auto [first, second] = sample_.read_cells();
+        pressures.back()[first] = NAN, pressures.back()[second] = -INFINITY;
+        for (size_t i = 0; i <= presses; ++i)
+            std::memcpy(m.initial.data() + layout_.pressure[i], pressures[i].data(),
+                        pressures[i].size() * sizeof(float));
         return m;
     }
 
@@ -84,15 +84,9 @@ class DeviceCheck {
     void record(VkCommandBuffer commands, const VolkDeviceTable& vk) const noexcept {
         PressTable table;
         const size_t pads = size_t(sample_.skin().pads);
-        const double steps[] = {SampleStream::dt, SampleStream::dt};
         double before[] = {0, 0};
         for (int i = 0; i < presses; ++i) {
-            // The second press of a batch is by a step for each pad: that is another kernel.
-            const Recorder::Press press{{.count = pads},
-                                        {.dt = steps,
-                                         .each = pads > 1 && i > 0,
-                                         .before = before,
-                                         .bent = sample_.skin().hold == Hold::parabolic}};
+            const Recorder::Press press{{.count = pads}, sample_.steps(i, before)};
             (void)recorder_.fill(table, press); // true: a sample's coefficients fit float
             recorder_.record(commands, size_t(i), press, table);
             press.dt.taken(press.pads);
@@ -105,8 +99,7 @@ class DeviceCheck {
     }
 
     bool passed(const unsigned char* bytes) const {
-        std::vector<std::vector<float>> pressures;
-        for (int i = 0; i <= presses; ++i) pressures.push_back(sample_.pressure(i));
+        std::vector<std::vector<float>> pressures = sample_.pressures();
         for (size_t at : sample_.read_cells()) pressures.back()[at] = 0;
         const std::vector<std::vector<float>> expected = sample_.expected(pressures);
         std::vector<float> response(sample_.layout().all);
@@ -134,17 +127,13 @@ struct SkinProgram::Impl {
         : own_device(checked(h)), own_pipelines(std::in_place, *own_device), pipelines(*own_pipelines),
           recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
           labels(labels_of(h)) {
-        make_check();
-    }
-    // Uses the pipelines of a context. The check is made by make_check(), where it is needed.
-    Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
-        : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
-          labels(labels_of(h)) {}
-
-    void make_check() {
         check.emplace(pipelines, recorder.skin());
         needs.check = check->memory();
     }
+    // Uses the pipelines of a context, and has no check.
+    Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+        : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {}
 
     bool batch() const { return recorder.skin().pads > 1; }
     bool ascend(const Pads&) const noexcept;
@@ -185,8 +174,6 @@ struct Internal {
 SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
     return Internal::make(context.pipelines(), context.handles(), plan::StreamedSkin(skin), max_bindings);
 }
-
-void make_check(SkinProgram& program) { Internal::impl_of(program).make_check(); }
 
 Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const plan::PadList& pads,
                       const plan::StepLengths& dt, bool answers) {

@@ -7,10 +7,8 @@
 
 namespace dermis::vulkan {
 
-// Makes a SkinProgram for a prepared skin, with the pipelines of a context and without its check.
+// Makes a SkinProgram for a prepared skin, with the pipelines of a context. It has no check.
 SkinProgram program_of(Context&, const plan::StreamedSkin&, uint32_t max_bindings);
-// Makes the check; memory().check is then what it needs.
-void make_check(SkinProgram&);
 // Records a press into the library's own command buffer, which is submitted whenever DeviceTable::most_work is reached.
 Recorded record_press(const SkinProgram&, Recording&, Binding, const plan::PadList&, const plan::StepLengths&,
                       bool answers);

@@ -69,8 +69,6 @@ class Stream {
     virtual void reserve_states() {}
     // Gives pads other elements in series, the same number as before; strains are kept.
     virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
-    // Returns whether a test of these very kernels gives the CPU path's bits.
-    virtual bool exact() { return true; }
 
   private:
     std::vector<float> frames_; // of take_cells()
@@ -167,8 +165,10 @@ class Backend {
     // Throws Error::bad_input if a value or size is beyond the backend's limits, before anything is allocated on a
     // device.
     virtual std::unique_ptr<March> march(const MarchPlan&) = 0;
-    // Returns whether marches of this variant have the CPU path's bits, which the first call for a variant tests.
+    // Return whether marches of this variant, and streams of a skin like this one, have the CPU path's bits. The first
+    // call for a kernel tests it.
     virtual bool exact(const Variant&) { return true; }
+    virtual bool exact(const StreamedSkin&) { return true; }
     // Nerve fibres in each of so many pads. Throws Error::device, and Error::no_device where they have other bits than
     // on the CPU path.
     virtual std::unique_ptr<FibrePopulation<f32>> fibres(const std::vector<FibreKind>&, size_t pads) = 0;

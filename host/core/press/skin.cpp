@@ -271,10 +271,9 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
     scene::guarded(words, [&] {
         const DefaultFloats guard;
         Device::Impl& d = device.impl();
-        impl_ = std::make_unique<Impl>(plan::streamed_skin(description, without_stretch(options), d.backend->threads()),
-                                       options, *d.backend);
-        if (!impl_->cells.stream().exact())
-            d.info.exact = false; // written on Vulkan alone, where one thread uses the device
+        const auto skin = plan::streamed_skin(description, without_stretch(options), d.backend->threads());
+        impl_ = std::make_unique<Impl>(skin, options, *d.backend);
+        if (!d.backend->exact(skin)) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
         d.need_exact();
     });
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/press/vulkan_device.hpp"
 
+#include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/opening.hpp"
 #include "host/core/embedding/backend.hpp"
@@ -27,7 +28,9 @@ Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, cons
     auto impl = std::make_shared<Device::Impl>();
     impl->info = physical.info;
     impl->backend = std::make_shared<vulkan::VulkanBackend>(std::make_shared<vulkan::Context>(instance, physical));
-    impl->info.exact = presses_exactly(*impl->backend);
+    const DefaultFloats guard;
+    const auto exact = [&](bool sites) { return impl->backend->exact(SampleStream({.sites = sites}).skin()); };
+    impl->info.exact = exact(false) && exact(true);
     return Device(impl);
 }
 
