@@ -80,7 +80,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     const VkDeviceSize map = scene.cells() * sizeof(float);
     const plan::PreparedSkin& skin = scene.skin();
     std::vector<f32::Coefficients> table(skin.materials.size());
-    if (!plan::fill_table(skin.materials, skin.chain, skin.rule, {scene.dt}, table.data()))
+    if (!plan::fill_table<f32>(skin.materials, skin.chain, skin.rule, {scene.dt}, table.data()))
         throw std::logic_error("table");
     const VkDeviceSize planes = VkDeviceSize(scene.streamed.variant().state().planes());
     for (int i = 0; i < buffers; ++i)

@@ -4,7 +4,6 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/cpu/backend.hpp"
 #include "host/core/embedding/check.hpp"
-#include "host/core/model/coefficients_in.hpp"
 
 #include <bit>
 #include <cmath>
@@ -14,63 +13,30 @@ namespace {
 
 using plan::Variant;
 
-// A step of every test march: at rest, on to a jump of the load, over it, on to a look between two outputs, and
-// further.
+// A step of every test march: at rest, under a rising load, two looks ahead, and two further steps.
 struct SampleStep {
     double start, rise, length; // s
-    double since = 0;           // s before the step's end the load begins; 0: it holds
-    bool impulse = false, keep = true, sampled = true;
-    bool operator==(const SampleStep&) const = default;
+    bool keep = true, sampled = true;
 };
-
-std::vector<SampleStep> sample_steps() {
-    constexpr double dt = SampleStream::dt, jump = 0.2, look = 0.3; // s
-    std::vector<SampleStep> steps = {{0, 0, 0},
-                                     {0, 0, dt},
-                                     {.start = 0, .rise = 1, .length = jump - dt, .impulse = true, .keep = false},
-                                     {.start = 0, .rise = 1, .length = dt, .since = 2 * dt - jump},
-                                     {.start = 1, .rise = 0, .length = look - 2 * dt, .keep = false, .sampled = false}};
-    steps.resize(10, {1, 0, dt});
-    return steps;
-}
+constexpr double step_length = SampleStream::dt;
+constexpr SampleStep sample_steps[] = {
+    {0, 0, 0},           {0, 1, step_length}, {1, 0, step_length / 2, false}, {1, 0, step_length / 4, false, false},
+    {1, 0, step_length}, {1, 0, step_length}};
 
 class SampleCoefficients : public plan::StepCoefficients {
   public:
-    const SampleStep step;
-    SampleCoefficients(const SampleStep& s, const plan::PreparedSkin& skin, bool bent)
-        : step(s), skin_(skin), time_{s.length, bent ? std::optional(SampleStream::dt) : std::nullopt} {}
-    void fill(const int* material, int cells, f32::Coefficients* to) const override {
-        fill_in<f32>(material, cells, to);
-    }
-    void fill(const int* material, int cells, f64::Coefficients* to) const override {
-        fill_in<f64>(material, cells, to);
-    }
+    SampleCoefficients(const plan::PreparedSkin& skin, const plan::FrameStep& step) : skin_(skin), step_(step) {}
+    // A sample has so few materials that a march asks for their table alone.
+    void fill(const int*, int, f32::Coefficients* to) const override { fill_in<f32>(to); }
+    void fill(const int*, int, f64::Coefficients* to) const override { fill_in<f64>(to); }
+    const plan::FrameStep& step() const { return step_; }
 
   private:
-    f64::Coefficients of(const plan::Element& m) const {
-        f64::Coefficients k = exact_coefficients(m, skin_.rule, step.length);
-        if (step.since > 0) plan::begin_within(k, exact_coefficients(m, skin_.rule, step.since), step.length);
-        if (step.impulse) plan::force_impulse<f64>(k, m, 1, false, true);
-        return k;
+    template <class K> void fill_in(typename K::Coefficients* to) const {
+        (void)plan::fill_table<K>(skin_.materials, skin_.chain, skin_.rule, step_, to);
     }
-
-    template <class K> void fill_in(const int* material, int cells, typename K::Coefficients* to) const {
-        const size_t length = skin_.chain.length, count = material ? size_t(cells) : skin_.materials.size() / length;
-        plan::SeriesCoefficients k, past;
-        for (size_t i = 0; i < count; ++i) {
-            const plan::Element* m = &skin_.materials[material ? size_t(material[i]) : i * length];
-            const auto of_element = [&](size_t e) { return of(m[e]); };
-            plan::join_series(m, skin_.chain, skin_.rule, time_, of_element, k, past);
-            if (skin_.chain.spring && step.impulse) k[length - 1].b = k[length - 1].f = 0; // before the jump
-            for (size_t e = 0; e < length; ++e) {
-                *to++ = plan::rounded<K>(k[e]);
-                if (time_.before) *to++ = plan::rounded<K>(past[e]);
-            }
-        }
-    }
-
     const plan::PreparedSkin& skin_;
-    const plan::FrameStep time_;
+    const plan::FrameStep step_;
 };
 
 // Compares totals with plain sums over a map that came the same way.
@@ -108,9 +74,10 @@ void compare_marches(SelfTest& test, plan::Backend& backend, const plan::Prepare
     cpu::CpuBackend plain(1, simd::plain);
     const std::unique_ptr<plan::March> marches[] = {backend.march(plan), plain.march(plan)};
     std::shared_ptr<const SampleCoefficients> coefficients;
-    for (const SampleStep& step : sample_steps()) {
-        if (!coefficients || !(coefficients->step == step))
-            coefficients = std::make_shared<SampleCoefficients>(step, skin, variant.bent);
+    for (const SampleStep& step : sample_steps) {
+        const plan::FrameStep length{step.length, variant.bent ? std::optional(step_length) : std::nullopt};
+        if (!coefficients || coefficients->step() != length)
+            coefficients = std::make_shared<SampleCoefficients>(skin, length);
         plan::Sample samples[2];
         std::vector<const void*> maps[2];
         for (int i : {0, 1}) {
@@ -136,8 +103,7 @@ void compare_marches(SelfTest& test, plan::Backend& backend, const plan::Prepare
             const plan::Totals &a = samples[0].totals[size_t(q)], &b = samples[1].totals[size_t(q)];
             for (auto total : {&plan::Totals::mean, &plan::Totals::min, &plan::Totals::max})
                 test.kernels[SelfTest::reduce].compare(a.*total, b.*total);
-            if (!step.impulse)
-                compare_totals(test.kernels[SelfTest::others], a, expected, in_double ? 0x1p-53 : 0x1p-24);
+            compare_totals(test.kernels[SelfTest::others], a, expected, in_double ? 0x1p-53 : 0x1p-24);
         }
     }
 }

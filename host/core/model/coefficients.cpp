@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/model/coefficients_in.hpp"
 
-#include "host/core/base/refusal.hpp"
-
 namespace dermis::plan {
 namespace {
 
@@ -28,15 +26,6 @@ template f64::Coefficients bend(f64::Coefficients&, const Element&, const Respon
 
 f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
     return exact_coefficients_in<f64>(m, rule, dt);
-}
-
-bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {
-    to = rounded<f32>(k);
-    bool all = true;
-#define CHECK_FINITE(name) all = all && finite(double(to.name));
-    COEFFICIENTS(CHECK_FINITE)
-#undef CHECK_FINITE
-    return all;
 }
 
 } // namespace dermis::plan

@@ -46,7 +46,4 @@ template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) 
     return r;
 }
 
-// Rounds coefficients to float. Returns false if one of them is beyond it.
-bool round_to_float(const f64::Coefficients&, f32::Coefficients&);
-
 } // namespace dermis::plan

@@ -145,26 +145,4 @@ template <class C, class T> C bend(C& k, const Element& m, const ResponseRule& r
     return past;
 }
 
-// Turns the coefficients of a step into those of a jump at its end: the responses become the jump's impulses. whole:
-// the pressure of the step is the jump; held: the load does not change before it.
-template <class K>
-void force_impulse(typename K::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
-    const double fa1 = is_elastic(m) ? final_strain(m, jump) : 0, fa2 = is_elastic(m) ? 0 : strain_rate(m, jump);
-    if (held) k.f = k.i2 = 0;
-    k.v0 = whole ? fa1 : 0; // r = sj = the pressure
-    k.v1 = whole ? 0 : fa1;
-    k.a0 = 0;
-    k.a1 = whole ? 0 : fa2;
-    k.a2 = whole ? fa2 : 0;
-}
-
-// Turns the coefficients of a step of dt seconds, FA2 being its mean, into those of a load that begins within the step,
-// on a skin at rest. since: the coefficients of the time from there on.
-inline void begin_within(f64::Coefficients& k, const f64::Coefficients& since, double dt) {
-    k.f = since.b;
-    k.i2 = since.i1;
-    k.v1 = since.v0;
-    k.a1 = since.v0 / dt;
-}
-
 } // namespace dermis::plan

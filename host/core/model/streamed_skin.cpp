@@ -13,6 +13,16 @@
 namespace dermis::plan {
 namespace {
 
+// Rounds coefficients to K. Returns false if one of them is beyond it.
+template <class K> bool round_to(const f64::Coefficients& k, typename K::Coefficients& to) {
+    to = rounded<K>(k);
+    bool all = true;
+#define CHECK_FINITE(name) all = all && finite(double(to.name));
+    COEFFICIENTS(CHECK_FINITE)
+#undef CHECK_FINITE
+    return all;
+}
+
 constexpr size_t field_alignment = 64; // floats: 256 bytes, the greatest offset alignment that Vulkan allows
 
 void need_float(const char* parameter, double v) {
@@ -231,21 +241,26 @@ bool all_bits_zero(const float* numbers, size_t count) {
     return bits == 0;
 }
 
+template <class K>
 bool fill_table(std::span<const Element> materials, const Chain& chain, const ResponseRule& rule, const FrameStep& step,
-                f32::Coefficients* table) {
+                typename K::Coefficients* table) {
     const double dt = step.dt;
-    if (!finite(double(float(dt)))) return false;
+    if (!finite(double(typename K::real(dt)))) return false;
     // The frames after the first one of press_frames() have the step dt before them, and nothing refuses them any more.
-    if (step.before && *step.before != dt && !fill_table(materials, chain, rule, {dt, dt}, table)) return false;
+    if (step.before && *step.before != dt && !fill_table<K>(materials, chain, rule, {dt, dt}, table)) return false;
     SeriesCoefficients k, past;
     for (size_t i = 0; i < materials.size(); i += chain.length) {
         const auto of = [&](size_t e) { return exact_coefficients(materials[i + e], rule, dt); };
         join_series(&materials[i], chain, rule, step, of, k, past);
         for (size_t e = 0; e < chain.length; ++e)
-            if (!round_to_float(k[e], *table++) || (step.before && !round_to_float(past[e], *table++))) return false;
+            if (!round_to<K>(k[e], *table++) || (step.before && !round_to<K>(past[e], *table++))) return false;
     }
     return true;
 }
+template bool fill_table<f32>(std::span<const Element>, const Chain&, const ResponseRule&, const FrameStep&,
+                              f32::Coefficients*);
+template bool fill_table<f64>(std::span<const Element>, const Chain&, const ResponseRule&, const FrameStep&,
+                              f64::Coefficients*);
 
 StepTables::StepTables(const StreamedSkin& s, const std::vector<Element>& elements)
     : chain_(s.skin.chain), rule_(s.skin.rule), pads_(size_t(s.pads)), own_(!s.elements_of_pad.empty()), each_(own_),
@@ -260,7 +275,8 @@ bool StepTables::fill_slot(size_t slot, const FrameStep& step) {
     if (step == filled_[slot]) return true;
     filled_[slot] = {std::nan("")}; // the table is of no step until it is filled
     const Element* elements = elements_.data() + (own_ ? slot * elements_of_pad_ : 0);
-    if (!fill_table({elements, elements_of_pad_}, chain_, rule_, step, tables_.data() + slot * length_)) return false;
+    if (!fill_table<f32>({elements, elements_of_pad_}, chain_, rule_, step, tables_.data() + slot * length_))
+        return false;
     filled_[slot] = step;
     return true;
 }

@@ -164,10 +164,11 @@ void join_series(const Element* elements, const Chain& chain, const ResponseRule
     if (step.before) join_loads<f64>(past.data(), chain.length, chain.spring, step.dt);
 }
 
-// Writes the coefficients of a press for each of the materials, in float: one for each element, or two where
-// FrameStep::before is given. Returns false if dt or one of them is beyond float. Allocates nothing.
+// Writes the coefficients of a press for each of the materials, in K = f32 or f64: one for each element, or two where
+// FrameStep::before is given. Returns false if dt or one of them is beyond K. Allocates nothing.
+template <class K>
 bool fill_table(std::span<const Element> materials, const Chain&, const ResponseRule&, const FrameStep&,
-                f32::Coefficients* table);
+                typename K::Coefficients* table);
 
 // The constants of a press, with these coefficients.
 f32::Constants frame_constants(const PreparedSkin&, const f32::Coefficients&);

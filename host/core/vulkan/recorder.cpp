@@ -175,7 +175,8 @@ template <class F> bool Recorder::each_update(PressTable& table, const Press& pr
             more = std::min(length - at, most - n);
             const std::span<const plan::Element> elements =
                 elements_of(press.pads.count ? press.pads[i] : 0).subspan(at / entries, more / entries);
-            if (!plan::fill_table(elements, skin.chain, skin.rule, press.dt.of(press.pads, i), begin + n)) return false;
+            if (!plan::fill_table<f32>(elements, skin.chain, skin.rule, press.dt.of(press.pads, i), begin + n))
+                return false;
             n += more;
             if (n < most && (at + more < length || i + 1 < slots.last)) continue;
             f(done, begin, n);

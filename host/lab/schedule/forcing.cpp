@@ -137,6 +137,19 @@ void force_segments(typename K::Coefficients& whole, const Element& element, con
     whole.a1 = rule.step_mean ? all.rate / forcing.dt : all.acceleration;
 }
 
+// Turns the coefficients of a step into those of a jump at its end: the responses become the jump's impulses. whole:
+// the pressure of the step is the jump; held: the load does not change before it.
+template <class K>
+void force_impulse(typename K::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
+    const double fa1 = is_elastic(m) ? final_strain(m, jump) : 0, fa2 = is_elastic(m) ? 0 : strain_rate(m, jump);
+    if (held) k.f = k.i2 = 0;
+    k.v0 = whole ? fa1 : 0; // r = sj = the pressure
+    k.v1 = whole ? 0 : fa1;
+    k.a0 = 0;
+    k.a1 = whole ? 0 : fa2;
+    k.a2 = whole ? fa2 : 0;
+}
+
 } // namespace
 
 template <class T>
