@@ -180,9 +180,9 @@ class SingleSkins {
         auto& maps = maps_[size_t(pad)];
         std::swap(maps[0], maps[1]);
         const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
-        REQUIRE(press_[size_t(pad)]->copy(
-            {.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
-            streamed_.skin.height()));
+        REQUIRE(
+            plan::copy_rows({.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
+                            0, streamed_.skin.height()));
         float* responses[RESPONSE_MAPS];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             responses[r] = streamed_.wanted[QUANTITY_SA1 + r] ? maps[2 + r].data() : nullptr;

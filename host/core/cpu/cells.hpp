@@ -12,7 +12,6 @@
 #include <array>
 #include <atomic>
 #include <barrier>
-#include <cstring>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -150,21 +149,7 @@ template <class K> class Cells {
 
     void rest() { state_.rest(); }
 
-    // Copies the state to or from planes of width*height numbers each, at any address.
-    void save(char* to) const {
-        each_row([&](const real* row) {
-            std::memcpy(to, row, size_t(width_) * sizeof(real));
-            to += size_t(width_) * sizeof(real);
-        });
-    }
-    void load(const char* from) {
-        each_row([&](real* row) {
-            std::memcpy(row, from, size_t(width_) * sizeof(real));
-            from += size_t(width_) * sizeof(real);
-        });
-    }
-
-    // Calls f with the first number of each plane that is saved.
+    // Calls f with the first number of each plane that is saved; its rows are a pitch apart.
     template <class F> void each_plane(F f) const { state_.each_plane(f); }
 
     simd::Pool& pool() { return pool_; }
@@ -186,13 +171,6 @@ template <class K> class Cells {
         if (maps * RESPONSE_MAPS <= size_t(2) << 20) return false;
         return pool_.threads() == 1 ? press.response_pitch % (PITCH_CELLS / 2) == 0
                                     : maps * all > simd::last_level_cache() / 3;
-    }
-
-    // Calls f with each row of each plane that is saved.
-    template <class F> void each_row(F f) const {
-        state_.each_plane([&](real* plane) {
-            for (int y = 0; y < height_; ++y) f(plane + size_t(y) * size_t(pitch_));
-        });
     }
 
     // Whether a cell's strain is a sum of several elements that is kept only for the rows that a stencil reads.

@@ -137,16 +137,6 @@ void PadCells::answer(const Worker& worker, const float* strain, const std::arra
     if (of_fields_) of_fields_->read(fields, p.response);
 }
 
-template <class F> void PadCells::each_run(int pad, F f) const {
-    size_t at = 0;
-    state_.each_plane([&](float* plane) {
-        float* const own = plane + size_t(pad) * pitch_;
-        if (held_.empty()) f(own, at, cells_ * sizeof(float));
-        for (size_t i = 0; i < held_.size(); ++i) f(own + held_[i], at + i * sizeof(float), sizeof(float));
-        at += held() * sizeof(float);
-    });
-}
-
 void PadCells::rest(int pad) { state_.rest_row(pad, int(pitch_)); }
 
 void PadCells::read(int pad, const std::vector<plan::HeldCell>& cells, size_t planes, const float* pressure,
@@ -158,14 +148,6 @@ void PadCells::read(int pad, const std::vector<plan::HeldCell>& cells, size_t pl
         if (planes > 0) copy(plane + size_t(pad) * pitch_), --planes;
     });
     copy(pressure);
-}
-
-void PadCells::save(int pad, char* planes) const {
-    each_run(pad, [&](const float* run, size_t at, size_t bytes) { std::memcpy(planes + at, run, bytes); });
-}
-
-void PadCells::load(int pad, const char* planes) {
-    each_run(pad, [&](float* run, size_t at, size_t bytes) { std::memcpy(run, planes + at, bytes); });
 }
 
 } // namespace dermis::cpu

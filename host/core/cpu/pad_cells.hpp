@@ -23,8 +23,6 @@ class PadCells {
     size_t together() const { return together_; }
     // The cells of a frame that are stepped; empty: all of them.
     const std::vector<size_t>& read_cells() const { return read_; }
-    // The number of cells that a saved state holds: all cells, or where there are sites the cells that sites read.
-    size_t held() const { return held_.empty() ? cells_ : held_.size(); }
     // The elements in series of the cells that are stepped, for a pad without elements of its own.
     const std::vector<plan::Element>& elements() const { return elements_; }
 
@@ -39,9 +37,15 @@ class PadCells {
     void press(int thread, const Press&);
 
     void rest(int pad);
-    // Copies the planes of a pad's state (plan::StateLayout), without the pressure.
-    void save(int pad, char* planes) const;
-    void load(int pad, const char* planes);
+    // Copies the planes of a pad's state (plan::StateLayout), without the pressure, to or, where Byte is const, from
+    // the caller's memory.
+    template <class Byte> void transfer(int pad, Byte* planes) const {
+        state_.each_plane([&](float* plane) {
+            float* const own = plane + size_t(pad) * pitch_;
+            if (held_.empty()) plan::copy_state(planes, own, cells_);
+            for (const size_t cell : held_) plan::copy_state(planes, own + cell, 1);
+        });
+    }
     // Copies some cells of the first of these planes, then of the pressures of a pad's cells.
     void read(int pad, const std::vector<plan::HeldCell>&, size_t planes, const float* pressure, float* to) const;
 
@@ -57,8 +61,6 @@ class PadCells {
     void note_neighbour(size_t cell, int n, int distance, int inner);
     void answer(const Worker&, const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals,
                 const Press&, const f32::Constants&) const;
-    // Calls f(first number, its place in a saved state in bytes, bytes) for each run of numbers that a state holds.
-    template <class F> void each_run(int pad, F f) const;
 
     const plan::Variant variant_;
     const simd::Isa& isa_;

@@ -5,7 +5,6 @@
 #include "host/core/cpu/pad_cells.hpp"
 
 #include <atomic>
-#include <cstring>
 #include <functional>
 
 namespace dermis::cpu {
@@ -78,13 +77,16 @@ class PadStream : public plan::Stream {
 
     void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
         run(pads, [&](int, size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i) save_one(pads[i], to.strains_of(i), to.pressure_of(i));
+            for (size_t i = first; i < last; ++i) transfer(pads[i], to.strains_of(i), to.pressure_of(i));
         });
     }
 
     void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
         run(pads, [&](int, size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i) load_one(pads[i], from.strains_of(i), from.pressure_of(i));
+            for (size_t i = first; i < last; ++i) {
+                pad_[size_t(pads[i])].rests = pad_[size_t(pads[i])].stays_at_rest = false;
+                transfer(pads[i], from.strains_of(i), from.pressure_of(i));
+            }
         });
     }
 
@@ -146,20 +148,15 @@ class PadStream : public plan::Stream {
         for (const size_t cell : pads_.read_cells()) f(cell, *pressure++);
     }
 
-    void save_one(int pad, char* strains, char* pressure) {
-        pads_.save(pad, strains);
+    // Copies the state of a pad to the caller's memory or, where Byte is const, from there.
+    template <class Byte> void transfer(int pad, Byte* strains, Byte* pressure) {
+        pads_.transfer(pad, strains);
         float* const own = pressure_of(pad, pad_[size_t(pad)].from);
-        if (!lists()) std::memcpy(pressure, own, frame_ * sizeof(float));
-        each_listed(own, [&](size_t cell, const float& p) { std::memcpy(pressure + cell * sizeof p, &p, sizeof p); });
-    }
-
-    void load_one(int pad, const char* strains, const char* pressure) {
-        const int side = pad_[size_t(pad)].from;
-        pad_[size_t(pad)] = {.from = side, .rests = false, .stays_at_rest = false};
-        pads_.load(pad, strains);
-        float* const own = pressure_of(pad, side);
-        if (!lists()) std::memcpy(own, pressure, frame_ * sizeof(float));
-        each_listed(own, [&](size_t cell, float& p) { std::memcpy(&p, pressure + cell * sizeof p, sizeof p); });
+        each_listed(own, [&](size_t cell, float& p) {
+            Byte* at = pressure + cell * sizeof p;
+            plan::copy_state(at, &p, 1);
+        });
+        if (!lists()) plan::copy_state(pressure, own, frame_);
     }
 
     // Takes the pressures of pads of a list, from place i on. Returns how many.

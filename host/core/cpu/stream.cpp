@@ -60,15 +60,6 @@ bool FramePress::prepare(const plan::FrameStep& step) {
     return !tables_.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()});
 }
 
-bool FramePress::copy(const plan::PressureCopy& copy, int rows) {
-    std::atomic<bool> all = true;
-    const auto some = [&](int first, int last) {
-        if (!plan::copy_rows(copy, first, last)) all = false;
-    };
-    cells_.pool().share(rows, std::ref(some)); // a reference: nothing is allocated
-    return all;
-}
-
 namespace {
 
 using Responses = std::array<float*, RESPONSE_MAPS>;
@@ -105,8 +96,8 @@ class SkinStream : public plan::Stream {
     bool rests(int) const override { return false; }
 
     bool copy(const float* numbers, size_t count, float* to) override { // count: whole frames
-        return press_.copy({.from = numbers, .stride = width_, .width = width_, .to = to, .pitch = width_},
-                           int(count / width_));
+        return copy_rows({.from = numbers, .stride = width_, .width = width_, .to = to, .pitch = width_},
+                         count / width_);
     }
 
     const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override {
@@ -133,22 +124,14 @@ class SkinStream : public plan::Stream {
 
     void reset(const plan::PadList& pads) override {
         if (pads.count == 0) return;
-        press_.reset();
+        press_.cells().rest();
         pressure_[from_].clear();
         for (auto* planes : {&fields_, &felt_})
             for (Plane<float>& plane : *planes) plane.clear();
     }
 
-    void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
-        if (pads.count == 0) return;
-        if (held_.empty()) press_.save(to.strains);
-        else
-            each_held([at = to.strains](const float* number) mutable {
-                std::memcpy(std::exchange(at, at + sizeof(float)), number, sizeof(float));
-            });
-        const size_t row = width_ * sizeof(float);
-        for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(to.pressure + y * row, pressure() + y * pitch_, row);
-    }
+    void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override { transfer(pads, to); }
+    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override { transfer(pads, from); }
 
     void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) override {
         const auto copy = [&](const float* map) {
@@ -159,21 +142,10 @@ class SkinStream : public plan::Stream {
             }
         };
         if (pads.count == 0) return;
-        press_.each_plane([&](const float* map) {
+        press_.cells().each_plane([&](const float* map) {
             if (planes > 0) copy(map), --planes;
         });
         copy(pressure());
-    }
-
-    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
-        if (pads.count == 0) return;
-        if (held_.empty()) press_.load(from.strains);
-        else
-            each_held([at = from.strains](float* number) mutable {
-                std::memcpy(number, std::exchange(at, at + sizeof(float)), sizeof(float));
-            });
-        const size_t row = width_ * sizeof(float);
-        for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(pressure() + y * pitch_, from.pressure + y * row, row);
     }
 
     void set_elements(const plan::PadList&, const std::vector<plan::Element>& elements) override {
@@ -184,14 +156,29 @@ class SkinStream : public plan::Stream {
     float* pressure() const { return pressure_[from_].data(); } // that the next press starts from
 
     bool take(const float* frame, float* to) {
-        return press_.copy({.from = frame, .stride = width_, .width = width_, .to = to, .pitch = pitch_},
-                           int(cells_ / width_));
+        return copy_rows({.from = frame, .stride = width_, .width = width_, .to = to, .pitch = pitch_},
+                         cells_ / width_);
     }
-    // Calls f with each number that a saved state holds, in its order.
-    template <class F> void each_held(F f) const {
-        press_.each_plane([&](float* plane) {
-            for (const size_t cell : held_) f(plane + cell / width_ * pitch_ + cell % width_);
+    // Copies rows on the threads of a press. Returns whether all numbers are finite.
+    bool copy_rows(const plan::PressureCopy& copy, size_t rows) {
+        std::atomic<bool> all = true;
+        const auto some = [&](int first, int last) {
+            if (!plan::copy_rows(copy, first, last)) all = false;
+        };
+        press_.cells().pool().share(int(rows), std::ref(some)); // a reference: nothing is allocated
+        return all;
+    }
+    // Copies the state to the caller's memory or, where that is const, from there.
+    template <class Byte> void transfer(const plan::PadList& pads, const plan::StateMemory<Byte>& saved) {
+        if (pads.count == 0) return;
+        const size_t rows = cells_ / width_;
+        Byte *strains = saved.strains, *pressed = saved.pressure;
+        press_.cells().each_plane([&](float* plane) {
+            for (size_t y = 0; held_.empty() && y < rows; ++y) plan::copy_state(strains, plane + y * pitch_, width_);
+            for (const size_t cell : held_)
+                plan::copy_state(strains, plane + cell / width_ * pitch_ + cell % width_, 1);
         });
+        for (size_t y = 0; y < rows; ++y) plan::copy_state(pressed, pressure() + y * pitch_, width_);
     }
 
     FramePress press_;

@@ -24,18 +24,11 @@ class FramePress {
     // the responses; the presses before it write none.
     bool press_frames(const plan::FrameStep&, const float* from, const float* frames, size_t count, bool answers,
                       float* const (&response)[RESPONSE_MAPS], size_t response_pitch);
-    void reset() { cells_.rest(); } // to a skin at rest
     // Makes the coefficients of the next step. Returns false if one of them is beyond float.
     bool prepare(const plan::FrameStep&);
-    // Copies the planes of a state (plan::StateLayout), without the pressure.
-    void save(char* planes) const { cells_.save(planes); }
-    void load(const char* planes) { cells_.load(planes); }
-    // Calls f with the first number of each of these planes, in which rows are a pitch apart.
-    template <class F> void each_plane(F f) const { cells_.each_plane(f); }
     // Of a uniform material, the same number as before.
     void set_elements(const std::vector<plan::Element>& elements) { tables_.set_elements({}, elements); }
-    // Copies rows of numbers on the threads of a press. Returns whether all are finite.
-    bool copy(const plan::PressureCopy&, int rows);
+    Cells<f32>& cells() { return cells_; }
 
   private:
     static constexpr size_t together = 8; // steps that a band of rows takes while it is in a cache

@@ -234,20 +234,15 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
     const Buffer& staging = staging_ ? *staging_ : *own;
     const auto move = [&] { // between the staging buffer and the caller's memory
         auto *state = static_cast<float*>(staging.data()), *pressure = state + pads.count * of_state / sizeof(float);
-        const auto copy = [](Byte* here, float* there, size_t n) {
-            if constexpr (saves) std::memcpy(here, there, n * sizeof(float));
-            else std::memcpy(there, here, n * sizeof(float));
-        };
         // A plane of a state: rows of cells, or single cells that sites read.
         const size_t rows = size_t(height_), run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_,
                      runs = sites_ ? layout_.cells : rows;
         for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
             Byte *strains = saved.strains_of(i), *pressed = saved.pressure_of(i);
             for (size_t p = 0; p < layout_.planes; ++p)
-                for (size_t k = 0; k < runs; ++k, strains += run * sizeof(float))
-                    copy(strains, state + (k * layout_.planes + p) * pitch, run);
-            for (size_t y = 0; y < rows; ++y, pressure += pitch_, pressed += width_ * sizeof(float))
-                copy(pressed, pressure, width_);
+                for (size_t k = 0; k < runs; ++k)
+                    plan::copy_state(strains, state + (k * layout_.planes + p) * pitch, run);
+            for (size_t y = 0; y < rows; ++y, pressure += pitch_) plan::copy_state(pressed, pressure, width_);
         }
     };
     if (!saves) move();

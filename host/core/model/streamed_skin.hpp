@@ -5,7 +5,9 @@
 #include "dermis/skin.hpp"
 #include "host/core/model/skin.hpp"
 
+#include <cstring>
 #include <span>
+#include <type_traits>
 
 namespace dermis::plan {
 
@@ -132,6 +134,12 @@ template <class Byte> struct StateMemory {
     Byte* strains_of(size_t i) const { return strains + i * strains_step; }
     Byte* pressure_of(size_t i) const { return pressure + i * pressure_step; }
 };
+// Copies n numbers to a saved state or, where Byte is const, from it. `saved` moves behind them.
+template <class Byte, class T> void copy_state(Byte*& saved, T* own, size_t n) {
+    if constexpr (std::is_const_v<Byte>) std::memcpy(own, saved, n * sizeof(T));
+    else std::memcpy(saved, own, n * sizeof(T));
+    saved += n * sizeof(T);
+}
 StateLayout state_layout_of(const StreamedSkin&);
 
 // Where copy_rows() copies a pressure: from rows that begin `stride` numbers apart to rows that begin `pitch` apart.

@@ -66,13 +66,11 @@ void LastSteps::reset(const plan::PadList& pads) {
 }
 
 void LastSteps::save(const plan::PadList& pads, char* to) {
-    for (size_t i = 0; i < pads.count; ++i)
-        std::memcpy(to + i * sizeof(double), &steps_[size_t(pads[i])], sizeof(double));
+    for (size_t i = 0; i < pads.count; ++i) plan::copy_state(to, &steps_[size_t(pads[i])], 1);
 }
 
 void LastSteps::load(const plan::PadList& pads, const char* from) {
-    for (size_t i = 0; i < pads.count; ++i)
-        std::memcpy(&steps_[size_t(pads[i])], from + i * sizeof(double), sizeof(double));
+    for (size_t i = 0; i < pads.count; ++i) plan::copy_state(from, &steps_[size_t(pads[i])], 1);
 }
 
 } // namespace dermis

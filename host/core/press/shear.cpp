@@ -6,7 +6,6 @@
 #include "host/core/description/element.hpp"
 
 #include <cmath>
-#include <cstring>
 
 namespace dermis {
 namespace {
@@ -215,13 +214,6 @@ void Shear::set_elements(const plan::PadList& pads, const std::vector<plan::Elem
     is_read_ = false;
 }
 
-// Calls copy(numbers, bytes) for SA2 and for the stretch of each of these pads.
-template <class Copy> void Shear::copy_sa2(const plan::PadList& pads, Copy copy) {
-    for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
-        for (std::vector<float>* map : {&sa2_, &stretch_})
-            copy(map->data() + size_t(pads[i]) * width_ * height_, width_ * height_ * sizeof(float));
-}
-
 template <class Byte> plan::StateMemory<Byte> Shear::memory(Byte* states) const {
     return {.strains = states,
             .pressure = states + layout_.cells * layout_.planes * sizeof(float),
@@ -229,21 +221,23 @@ template <class Byte> plan::StateMemory<Byte> Shear::memory(Byte* states) const 
             .pressure_step = state_of_axis()};
 }
 
+// Copies SA2 and the stretch of each of these pads to the caller's memory or, where Byte is const, from there.
+template <class Byte> void Shear::copy_sa2(const plan::PadList& pads, Byte* states) {
+    states += 2 * pads.count * state_of_axis();
+    for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
+        for (std::vector<float>* map : {&sa2_, &stretch_})
+            plan::copy_state(states, map->data() + size_t(pads[i]) * width_ * height_, width_ * height_);
+}
+
 void Shear::save(const plan::PadList& pads, char* states) {
     stream_->save(both(pads), memory(states));
-    copy_sa2(pads, [at = states + 2 * pads.count * state_of_axis()](float* numbers, size_t bytes) mutable {
-        std::memcpy(at, numbers, bytes);
-        at += bytes;
-    });
+    copy_sa2(pads, states);
 }
 
 void Shear::load(const plan::PadList& pads, const char* states) {
     is_read_ = false;
     stream_->load(both(pads), memory(states));
-    copy_sa2(pads, [at = states + 2 * pads.count * state_of_axis()](float* numbers, size_t bytes) mutable {
-        std::memcpy(numbers, at, bytes);
-        at += bytes;
-    });
+    copy_sa2(pads, states);
 }
 
 } // namespace dermis

@@ -44,7 +44,7 @@ class Shear : public Stage {
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
     size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
     template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const;
-    template <class Copy> void copy_sa2(const plan::PadList&, Copy);
+    template <class Byte> void copy_sa2(const plan::PadList&, Byte* states);
     plan::ShearMaps maps(size_t pad);
     void step_sa2(const plan::PadList&, const plan::StepLengths&);
 

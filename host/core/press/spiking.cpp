@@ -122,9 +122,9 @@ void Spiking::reset(const plan::PadList& pads) {
 }
 
 void Spiking::save(const plan::PadList& pads, char* states) {
-    for (size_t i = 0; i < pads.count; ++i, states += state_bytes()) {
+    for (size_t i = 0; i < pads.count; ++i) {
         fibres_->save(size_t(pads[i]), state_.data());
-        std::memcpy(states, state_.data(), state_bytes());
+        plan::copy_state(states, state_.data(), state_.size());
     }
 }
 
@@ -148,8 +148,8 @@ void Spiking::need_possible(const char* states, size_t pads) const {
 }
 
 void Spiking::load(const plan::PadList& pads, const char* states) {
-    for (size_t i = 0; i < pads.count; ++i, states += state_bytes()) {
-        std::memcpy(state_.data(), states, state_bytes());
+    for (size_t i = 0; i < pads.count; ++i) {
+        plan::copy_state(states, state_.data(), state_.size());
         fibres_->load(size_t(pads[i]), state_.data());
     }
 }
