@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -54,14 +55,14 @@ inline Contact at(double x, double y, double force, double radius) {
     return c;
 }
 
-inline Depths depths_of(const std::vector<float>& depth, double force, double stiffness = 0) {
-    Depths d;
+inline DepthMap depths_of(const std::vector<float>& depth, double force, double stiffness = 0) {
+    DepthMap d;
     d.depth = depth.data(), d.force = force, d.stiffness = stiffness;
     return d;
 }
 
-inline Taxels taxels_of(const std::vector<float>& values, int columns, int rows, double width, double height) {
-    Taxels t;
+inline TaxelReadings taxels_of(const std::vector<float>& values, int columns, int rows, double width, double height) {
+    TaxelReadings t;
     t.values = values.data(), t.columns = columns, t.rows = rows, t.width = width, t.height = height;
     return t;
 }

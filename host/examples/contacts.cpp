@@ -43,7 +43,7 @@ int main() {
         ball.radius = contact::hertz_radius(ball.force, 8e-3, modulus * 4 / 3);
 
         std::fill(pressure.begin(), pressure.end(), 0.0f);
-        const contact::Report report = contact::add_contacts(pad, pose, 1e-3, {ball});
+        const contact::ContactReport report = contact::add_contacts(pad, pose, 1e-3, {ball});
         if (!report.plausible()) std::printf("%s\n", report.doubts().c_str());
         skin.press(pressure, 0.002);
 

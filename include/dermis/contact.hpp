@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Contacts to pressure: forces at contact points, depths or taxels, as a simulator has them, become the pressure on
-// each cell of a skin. This header is the manual. It needs C++17, but not the library.
+// each cell of a skin. This header is the manual. A pressure has the same bits everywhere, in every rounding mode of
+// the caller.
 //
 //     std::vector<float> pressure(80 * 64);                                 // all 0
 //     const dermis::contact::Pad pad{80, 64, 2.5e-4, pressure.data()};      // 20 mm x 16 mm
 //     const std::vector<dermis::contact::Contact> contacts = {{0.01, 0.008, 0.5, 0.003}}; // 0.5 N on a radius of 3 mm
-//     const dermis::contact::Report report = dermis::contact::add_contacts(pad, contacts);
+//     const dermis::contact::ContactReport report = dermis::contact::add_contacts(pad, contacts);
 //     if (!report.plausible()) std::fputs(report.doubts().c_str(), stderr);
 //     skin.press(pressure, dt);
 //
@@ -16,21 +17,39 @@
 // its plane z = 0 touches the surface at the pad's middle.
 //
 // Pressure is added to what the buffer holds: fill it with 0 before a frame. The sum of the pressures added, times
-// spacing^2, is Report::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa may be
-// lost. Your compiler and its flags decide the last bits of a pressure, but neither this guarantee nor which input is
-// refused.
+// spacing^2, is ContactReport::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa
+// may be lost.
 //
-// The functions add_.. allocate nothing. Functions throw std::invalid_argument with the argument's name, value and
-// allowed range, and check all of their input before they write anything. Lengths are at most 1e6 m, so that nothing
-// overflows.
+// The functions add_.. allocate nothing. Functions throw Error::bad_input with the argument's name, value and allowed
+// range, and check all of their input before they write anything. Lengths are at most 1e6 m, so that nothing overflows.
 #pragma once
+
+#include <dermis/description.hpp>
 
 #include <array>
 #include <cstddef>
-#include <string>
-#include <vector>
 
 namespace dermis::contact {
+
+// Numbers in the caller's memory, one behind the other: floats or doubles. Null: none.
+class Reals {
+  public:
+    Reals(std::nullptr_t = nullptr) {}
+    Reals(const float* first) : first_(first), single_(true) {}
+    Reals(const double* first) : first_(first) {}
+    explicit operator bool() const { return first_ != nullptr; }
+    // Returns call(first), with the first number's address by its type.
+    template <class Call> auto visit(const Call& call) const {
+        return single_ ? call(static_cast<const float*>(first_)) : call(static_cast<const double*>(first_));
+    }
+    double operator[](std::size_t i) const {
+        return visit([i](const auto* first) { return double(first[i]); });
+    }
+
+  private:
+    const void* first_ = nullptr;
+    bool single_ = false;
+};
 
 // The pressure from which on a report is doubtful, Pa. Touch and grasp press skin with 1e3 to 1e5 Pa. More than 1 MPa
 // comes from a force on too few cells (1 N on one cell of 0.25 mm is 16 MPa) or of a wrong unit.
@@ -57,7 +76,7 @@ struct Pad {
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
 // the buffer then holds.
-struct Report {
+struct DERMIS_API ContactReport {
     double asked = 0;    // N: sum of the forces given
     double placed = 0;   // N: the part that presses cells, measured by what the buffer's floats gained
     double outside = 0;  // N: the part that presses no cell: beside the pad, too far from it, turned away, or given by
@@ -82,6 +101,7 @@ struct Report {
     bool plausible() const { return keeps_force() && below_cell == 0 && greatest <= doubtful_pressure; }
     std::string doubts() const; // sentences that say why not; empty if plausible
 };
+using Report [[deprecated("use dermis::contact::ContactReport")]] = ContactReport;
 
 // A force on a round patch with the pressure of an elastic contact after Hertz, p0*sqrt(1 - r^2/radius^2) at the centre
 // of each cell; p0 is such that the cells of the whole patch carry the force. If the radius is 1.5 to 8 cells, a cell
@@ -91,9 +111,9 @@ struct Report {
 // covers no cell's centre presses the nearest cell: give a radius of two cells or more.
 //
 // The pad's border does not change a patch's pressures. The part of a patch beyond it does not press this pad and
-// counts as Report::outside. Pads side by side, each with Pad::tiled set, share a patch between them. For a patch that
-// overhangs and has a radius of more than 128 cells the share is right to 1e-4. A pad is [0, width*spacing) x
-// [0, height*spacing), so that a place on a common border belongs to one pad.
+// counts as ContactReport::outside. Pads side by side, each with Pad::tiled set, share a patch between them. For a
+// patch that overhangs and has a radius of more than 128 cells the share is right to 1e-4. A pad is [0, width*spacing)
+// x [0, height*spacing), so that a place on a common border belongs to one pad.
 struct Contact {
     double x = 0, y = 0; // m, in the pad's frame
     double force = 0;    // N, >= 0, into the pad
@@ -102,24 +122,26 @@ struct Contact {
 };
 
 // Adds contacts, one after another; where patches overlap, pressures add up.
-Report add_contacts(const Pad&, const Contact* contacts, std::size_t count);
-Report add_contacts(const Pad&, const std::vector<Contact>& contacts);
+DERMIS_API ContactReport add_contacts(const Pad&, const Contact* contacts, std::size_t count);
+inline ContactReport add_contacts(const Pad& pad, const std::vector<Contact>& contacts) {
+    return add_contacts(pad, contacts.data(), contacts.size());
+}
 
 // The radius in m of the patch of a rigid ball on an elastic plane, after Hertz: (3*force*ball/(4*modulus))^(1/3).
 // force: N, >= 0; ball: its radius, m, > 0; modulus: plane-strain modulus E/(1 - nu^2), Pa, > 0; where the volume
 // stays the same, nu = 0.5, it is 4/3 of E.
-double hertz_radius(double force, double ball, double modulus);
+DERMIS_API double hertz_radius(double force, double ball, double modulus);
 
 // Where a pad is: its frame in the world. rotation is row-major, and its columns are the axes of the pad in the world,
 // so that world = position + rotation*local. Rotations are right to 1e-3.
-struct Pose {
+struct DERMIS_API Pose {
     std::array<double, 3> position = {0, 0, 0}; // m, the outer corner of cell (0, 0)
     std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
     // As in MuJoCo's site_xpos and site_xmat, or geom_xpos and geom_xmat.
-    static Pose from_matrix(const double position[3], const double rotation[9]);
+    static Pose from_matrix(Reals position, Reals rotation);
     // quaternion: w, x, y, z, of any length but 0.
-    static Pose from_quaternion(const double position[3], const double quaternion[4]);
+    static Pose from_quaternion(Reals position, Reals quaternion);
     // This frame, moved from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
     Pose from_middle(const Pad&) const;
 };
@@ -127,7 +149,7 @@ struct Pose {
 // A contact in the world. direction: where the force pushes the pad; its length is ignored, and 0 means straight into
 // the pad. Of a force at an angle to the surface only the component against the surface's normal presses: against the
 // pad's z, or on a round pad against the normal at the contact's place. A contact on a rim of the pad's body, or a
-// direction with the wrong sign, has no such component: it presses nothing and counts in Report::turned_away.
+// direction with the wrong sign, has no such component: it presses nothing and counts in ContactReport::turned_away.
 struct WorldContact {
     std::array<double, 3> position = {0, 0, 0};  // m
     double force = 0;                            // N, >= 0
@@ -137,8 +159,12 @@ struct WorldContact {
 
 // Adds contacts in the world. Each is projected onto the pad's surface along its normal, if it is at most `reach`
 // metres from the surface, on either side. reach: m, >= 0, below the pad's radii.
-Report add_contacts(const Pad&, const Pose&, double reach, const WorldContact* contacts, std::size_t count);
-Report add_contacts(const Pad&, const Pose&, double reach, const std::vector<WorldContact>& contacts);
+DERMIS_API ContactReport add_contacts(const Pad&, const Pose&, double reach, const WorldContact* contacts,
+                                      std::size_t count);
+inline ContactReport add_contacts(const Pad& pad, const Pose& pose, double reach,
+                                  const std::vector<WorldContact>& contacts) {
+    return add_contacts(pad, pose, reach, contacts.data(), contacts.size());
+}
 
 // A rigid body in the world, as physics engines have it.
 struct Body {
@@ -150,45 +176,45 @@ struct Body {
 };
 
 // Writes to each cell how deep a body reaches below the pad's surface, along the surface's normal there, m: what
-// Depths::depth takes. A gap is negative; where the body is neither above nor below a cell the depth is -1e6. What is
+// DepthMap::depth takes. A gap is negative; where the body is neither above nor below a cell the depth is -1e6. What is
 // deeper than a radius of the pad is on its other side, and counts as if it were not there. depth: the caller's array,
 // depth[y*pitch + x]. pitch: floats from row to row, >= width; 0: width. The pad's pressure is not touched.
-void fill_depths(const Pad&, const Pose&, const Body&, float* depth, std::size_t pitch = 0);
+DERMIS_API void fill_depths(const Pad&, const Pose&, const Body&, float* depth, std::size_t pitch = 0);
 
 // The stiffness, Pa per m, of an elastic foundation on which a ball presses a patch with the radius of Hertz's:
 // 16*modulus/(3*pi*radius). Arguments as in hertz_radius(); force > 0.
-double foundation_stiffness(double force, double ball, double modulus);
+DERMIS_API double foundation_stiffness(double force, double ball, double modulus);
 
 // How deep something sinks into each cell, and the force with which it does: an elastic foundation. A negative depth is
 // a gap.
-struct Depths {
-    const float* depth = nullptr; // m, finite; depth[y*pitch + x] is the depth of cell (x, y)
-    double force = 0;             // N, >= 0
-    double stiffness = 0;         // Pa per m, 0 or 1e-6..1e30
-    std::size_t pitch = 0;        // floats from row to row, >= width; 0: width
+struct DepthMap {
+    Reals depth;           // m, finite; depth[y*pitch + x] is the depth of cell (x, y)
+    double force = 0;      // N, >= 0
+    double stiffness = 0;  // Pa per m, 0 or 1e-6..1e30
+    std::size_t pitch = 0; // numbers from row to row, >= width; 0: width
 };
+using Depths [[deprecated("use dermis::contact::DepthMap")]] = DepthMap;
 
 // Adds a force. Without a stiffness, pressure is in proportion to depth, where depth > 0. With a stiffness it is
 // stiffness*(depth - level), where depth > level; the level is the one at which the pressures sum to the force. It is
 // negative where the body has to sink in deeper than the depths say; gaps smaller than -level are then pressed too.
-Report add_depths(const Pad&, const Depths&);
+DERMIS_API ContactReport add_depths(const Pad&, const DepthMap&);
 
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
-struct Taxels {
+struct TaxelReadings {
     enum class Unit { newton, pascal } unit = Unit::newton;
-    const float* values = nullptr; // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
-    int columns = 0, rows = 0;     // 1..16384; columns follow each other along x, rows along y
-    double width = 0, height = 0;  // m, of one taxel along x and y, 1e-9..1e6
-    double x = 0, y = 0;           // m, outer corner of the first taxel in the pad's frame
-    // Floats from column to column, >= 1, and from row to row; row_step 0: columns. Values that are stored column by
+    Reals values;                 // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
+    int columns = 0, rows = 0;    // 1..16384; columns follow each other along x, rows along y
+    double width = 0, height = 0; // m, of one taxel along x and y, 1e-9..1e6
+    double x = 0, y = 0;          // m, outer corner of the first taxel in the pad's frame
+    // Numbers from column to column, >= 1, and from row to row; row_step 0: columns. Values that are stored column by
     // column have column_step = rows and row_step = 1.
     std::size_t column_step = 1, row_step = 0;
 };
+using Taxels [[deprecated("use dermis::contact::TaxelReadings")]] = TaxelReadings;
 
 // Adds each taxel's force to the cells below it in proportion to the area that cell and taxel share; either of the two
-// may be the finer one. Force beyond the border counts as Report::outside.
-Report add_taxels(const Pad&, const Taxels&);
+// may be the finer one. Force beyond the border counts as ContactReport::outside.
+DERMIS_API ContactReport add_taxels(const Pad&, const TaxelReadings&);
 
 } // namespace dermis::contact
-
-#include <dermis/contact_impl.hpp>

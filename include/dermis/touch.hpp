@@ -1,28 +1,26 @@
 // SPDX-License-Identifier: MIT
-// Contacts on all pads of a batch in one call, from a simulator's own arrays. Part of the library: its pressures have
-// the same bits everywhere, whatever your compiler does with contact.hpp.
+// Contacts on all pads of a batch in one call, from a simulator's own arrays.
 //
 //     dermis::contact::Touch touch({.width = 80, .height = 80, .spacing = 2.5e-4, .radius_x = 8e-3, .radius_y = 8e-3},
 //                                  5, 1e-3);      // five round fingertips; contacts at most 1 mm off their surface
-//     const dermis::contact::Report& report = touch.add(
+//     const dermis::contact::ContactReport& report = touch.add(
 //         {.position = middles, .rotation = axes},                  // where the pads are
 //         {.count = n, .pad = pad, .position = place, .force = force, .radius = &radius, .radius_step = 0});
 //     skin.press(touch, dt);
 #pragma once
 
 #include <dermis/contact.hpp>
-#include <dermis/export.hpp>
 
 #include <cstdint>
 #include <memory>
 
 namespace dermis::contact {
 
-// Where pads are in the world. The numbers of pad i begin i*step doubles behind the first ones. Null is allowed where
+// Where pads are in the world. The numbers of pad i begin i*step numbers behind the first ones. Null is allowed where
 // there is no contact.
 struct Poses {
-    const double* position = nullptr; // m, -1e6..1e6: three numbers, the middle of the pad
-    const double* rotation = nullptr; // nine numbers, row-major, right to 1e-3; columns are the pad's axes in the world
+    Reals position; // m, -1e6..1e6: three numbers, the middle of the pad
+    Reals rotation; // nine numbers, row-major, right to 1e-3; columns are the pad's axes in the world
     std::size_t position_step = 3, rotation_step = 9;
 };
 
@@ -31,13 +29,12 @@ struct Poses {
 struct Contacts {
     std::size_t count = 0;             // at most 2147483647; the other members are ignored where it is 0
     const std::int32_t* pad = nullptr; // which pad the force presses, 0 .. Touch::count() - 1, in any order
-    const double* position = nullptr;  // m, in the world, -1e6..1e6: three numbers
-    const double* force = nullptr;  // N, in the world, -1e12..1e12: three numbers, the force on the pad. A force of 0
-                                    // is no contact
-    const double* radius = nullptr; // m, of the patch, 0..1e6. Null: Hertz's, by `ball` and `modulus` and the
-                                    // component into the pad, but at least two cells
-    const double* ball = nullptr;   // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. Null beside `radius`
-    double modulus = 0;             // Pa, > 0, as hertz_radius() takes it. 0 beside `radius`
+    Reals position;                    // m, in the world, -1e6..1e6: three numbers
+    Reals force;        // N, in the world, -1e12..1e12: three numbers, the force on the pad. A force of 0 is no contact
+    Reals radius;       // m, of the patch, 0..1e6. Null: Hertz's, by `ball` and `modulus` and the component into the
+                        // pad, but at least two cells
+    Reals ball;         // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. Null beside `radius`
+    double modulus = 0; // Pa, > 0, as hertz_radius() takes it. 0 beside `radius`
     std::size_t pad_step = 1, position_step = 3, force_step = 3, radius_step = 1, ball_step = 1;
 };
 
@@ -63,8 +60,8 @@ class DERMIS_API Touch {
     // Takes away what the last call added, and adds contacts as add_contacts() does, those of a pad in their order.
     // Returns the report of all pads: sums, and the greatest pressure of all. Allocates only where there are more
     // contacts than ever before. Throws Error::bad_input, which names the argument, before anything is changed.
-    const Report& add(const Poses&, const Contacts&);
-    const Report& report(int pad) const; // of the last add(). Throws Error::bad_input
+    const ContactReport& add(const Poses&, const Contacts&);
+    const ContactReport& report(int pad) const; // of the last add(). Throws Error::bad_input
 
     // The pads that the last add() had contacts for, ascending.
     const std::vector<int>& touched() const;

@@ -130,7 +130,7 @@ TEST_CASE(
     std::vector<float> depth(96 * 96);
     const Body body{Body::Kind::sphere, {ball, 0, 0}, {{0, 0, ball - 1e-5}}};
     fill_depths(flat.pad, Pose().from_middle(flat.pad), body, depth.data());
-    const Report r = add_depths(flat.pad, depths_of(depth, force, foundation_stiffness(force, ball, modulus)));
+    const ContactReport r = add_depths(flat.pad, depths_of(depth, force, foundation_stiffness(force, ball, modulus)));
     CHECK(r.placed == relative(force, 1e-6));
     const double hertz = hertz_radius(force, ball, modulus);
     CHECK(std::sqrt(r.cells * 1e-8 / pi) == relative(hertz, 0.02));
@@ -142,7 +142,7 @@ TEST_CASE(
     pad.radius_x = pad.radius_y = tip;
     fill_depths(pad, Pose().from_middle(pad), body, depth.data());
     const double both = 1 / (1 / ball + 1 / tip), gentle = 0.05;
-    const Depths depths = depths_of(depth, gentle, foundation_stiffness(gentle, both, modulus));
+    const DepthMap depths = depths_of(depth, gentle, foundation_stiffness(gentle, both, modulus));
     CHECK(std::sqrt(add_depths(pad, depths).cells * 2.5e-9 / pi) ==
           relative(hertz_radius(gentle, both, modulus), 0.02));
 }
@@ -180,7 +180,7 @@ TEST_CASE("A body that is none is refused by its number, before a depth is writt
     const auto refused = [&](const Body& body, float* to, size_t pitch) -> std::string {
         try {
             fill_depths(b.pad, Pose(), body, to, pitch);
-        } catch (const std::invalid_argument& e) {
+        } catch (const dermis::Error& e) {
             for (float d : depth) CHECK(d == 5);
             return e.what();
         }

@@ -11,7 +11,7 @@ using test::relative;
 namespace {
 
 // Whether the doubts about a report name a cause.
-bool doubted(const Report& r, const char* cause) {
+bool doubted(const ContactReport& r, const char* cause) {
     CAPTURE(r.doubts());
     CHECK_FALSE(r.plausible());
     return r.doubts().find(cause) != std::string::npos;
@@ -56,7 +56,8 @@ TEST_CASE("up to a million contacts on the same cells are placed to 1e-6, and as
     for (const auto& [count, radius] : {std::pair{17, 3e-3}, {1000, 3e-3}, {100000, 1e-3}, {1000000, 4e-4}}) {
         CAPTURE(count);
         Buffer many(64, 64), one(64, 64);
-        const Report r = add_contacts(many.pad, std::vector<Contact>(count, at(0.0081, 0.0079, 1.0 / count, radius)));
+        const ContactReport r =
+            add_contacts(many.pad, std::vector<Contact>(count, at(0.0081, 0.0079, 1.0 / count, radius)));
         CHECK(many.force() == relative(1, 1e-6));
         CHECK(r.placed == relative(many.force(), 1e-6));
         CHECK(r.cells == many.pressed());
@@ -78,10 +79,10 @@ TEST_CASE("many contacts anywhere on a pad press and are reported as one at a ti
                               random.decades(-4, 0), random.unit() * 40 * quarter));
     contacts[3].radius = contacts[4].radius = 0;
     contacts[5].x = 1;
-    const Report r = add_contacts(together.pad, contacts);
-    Report sum;
+    const ContactReport r = add_contacts(together.pad, contacts);
+    ContactReport sum;
     for (const Contact& c : contacts) {
-        const Report one = add_contacts(apart.pad, {c});
+        const ContactReport one = add_contacts(apart.pad, {c});
         sum.asked += one.asked, sum.outside += one.outside;
         sum.below_cell += one.below_cell, sum.beside += one.beside, sum.cells += one.cells;
     }
@@ -100,7 +101,7 @@ TEST_CASE("taxels far finer than cells keep their force, millions on one cell to
         CAPTURE(count);
         Buffer b(cells, cells);
         const std::vector<float> values(size_t(count) * count, 1e-3f);
-        const Report r =
+        const ContactReport r =
             add_taxels(b.pad, taxels_of(values, count, count, cells * quarter / count, cells * quarter / count));
         CHECK(b.force() == relative(double(1e-3f) * count * count, 1e-6));
         CHECK(r.placed == relative(b.force(), 1e-6));
@@ -109,9 +110,9 @@ TEST_CASE("taxels far finer than cells keep their force, millions on one cell to
     // Six by six on each cell of a pad that is wider than a tile, moved by a row of cells.
     Buffer b(200, 100);
     const std::vector<float> values = random_values(1200 * 600);
-    Taxels t = taxels_of(values, 1200, 600, quarter / 6, quarter / 6);
+    TaxelReadings t = taxels_of(values, 1200, 600, quarter / 6, quarter / 6);
     t.y = quarter;
-    const Report r = add_taxels(b.pad, t);
+    const ContactReport r = add_taxels(b.pad, t);
     CHECK(r.placed + r.outside == relative(r.asked, 1e-6));
     CHECK(r.placed == relative(b.force(), 1e-9));
     for (int y = 0; y < 99; ++y)
@@ -126,9 +127,9 @@ TEST_CASE("taxels far finer than cells keep their force, millions on one cell to
 TEST_CASE("taxels far smaller than their distance from the origin keep their force") {
     Buffer b(10001, 1, 100); // m
     const std::vector<float> values = random_values(1000);
-    Taxels t = taxels_of(values, 1000, 1, 1e-9, 50);
+    TaxelReadings t = taxels_of(values, 1000, 1, 1e-9, 50);
     t.x = 1e6 - 1e-6;
-    const Report r = add_taxels(b.pad, t);
+    const ContactReport r = add_taxels(b.pad, t);
     CHECK(b.force() == relative(std::accumulate(values.begin(), values.end(), 0.0), 1e-6));
     CHECK(r.placed == relative(b.force(), 1e-9));
 }
@@ -137,7 +138,7 @@ TEST_CASE("call after call on the same cells, what is placed adds up to what the
     Buffer b(64, 64);
     double placed = 0, asked = 0;
     for (int i = 0; i < 100000; ++i) {
-        const Report r = add_contacts(b.pad, {at(0.008, 0.008, 1e-5, 5e-4)});
+        const ContactReport r = add_contacts(b.pad, {at(0.008, 0.008, 1e-5, 5e-4)});
         placed += r.placed, asked += r.asked;
     }
     CHECK(placed == relative(b.force(), 1e-9));
@@ -148,13 +149,13 @@ TEST_CASE("a force that vanishes beside what the buffer holds is not placed, and
     Buffer b(64, 64);
     const std::vector<float> depth(64 * 64, 1e-3f), values(16, 1e-9f);
     std::fill(b.pressure.begin(), b.pressure.end(), 1e5f);
-    for (const Report& r :
+    for (const ContactReport& r :
          {add_contacts(b.pad, {at(0.008, 0.008, 1e-8, 3e-3)}), add_depths(b.pad, depths_of(depth, 1e-8)),
           add_taxels(b.pad, taxels_of(values, 4, 4, 4e-3, 4e-3))}) {
         CHECK(r.placed == 0);
         CHECK(doubted(r, "0.00 of the force presses the pad, 1.00 is lost to rounding"));
     }
-    const Report kept = add_contacts(b.pad, {at(0.008, 0.008, 1, 3e-3)});
+    const ContactReport kept = add_contacts(b.pad, {at(0.008, 0.008, 1, 3e-3)});
     CHECK(kept.plausible());
     CHECK(kept.placed == relative(1, 1e-3));
 }
@@ -164,14 +165,14 @@ TEST_CASE(
     Buffer b(48, 48);
     const Pose corner = Pose().from_middle(b.pad);
     const RolledBall rolled{pi / 4, 0, 2e-3};
-    const Report r = add_contacts(b.pad, corner, 6e-3, {rolled.contact(true)});
+    const ContactReport r = add_contacts(b.pad, corner, 6e-3, {rolled.contact(true)});
     CHECK(r.sideways == relative(1 - std::sqrt(0.5), 1e-9));
     CHECK(r.asked == relative(r.placed + r.outside + r.sideways, 1e-6));
     CHECK(r.outside > 0.2);
     CHECK(doubted(r, " of the force presses the pad, 0.29 is sideways (a round body?), 0."));
     CHECK(doubted(r, " is outside: over the border. Are lengths in m"));
     // In its middle the same ball is not doubted.
-    const Report middle = add_contacts(b.pad, corner, 6e-3, {RolledBall{0, 0, 2e-3}.contact(true)});
+    const ContactReport middle = add_contacts(b.pad, corner, 6e-3, {RolledBall{0, 0, 2e-3}.contact(true)});
     CHECK((middle.plausible() && middle.doubts() == ""));
 }
 
@@ -187,7 +188,7 @@ TEST_CASE(
                         Buffer b(cells, cells);
                         const RolledBall ball{degree * pi / 180, friction, radius};
                         const Pose corner = Pose().from_middle(b.pad);
-                        const Report r = add_contacts(b.pad, corner, 8e-3, {ball.contact(with_direction)});
+                        const ContactReport r = add_contacts(b.pad, corner, 8e-3, {ball.contact(with_direction)});
                         if (b.force() < 0.5) low.count(!r.plausible());
                         if (b.force() >= 0.9) high.count(!r.plausible());
                     }
@@ -202,7 +203,7 @@ TEST_CASE("a contact in millimetres is found out, whichever of its lengths is on
     Contact wide = at(0.01, 0.008, 1, 0);
     wide.area = pi * 9;
     for (const Contact& c : {at(10, 8, 1, 3), at(10, 8, 1, 3e-3), at(0.5, 0.5, 1, 3), at(0.01, 0.008, 1, 3), wide}) {
-        const Report r = add_contacts(b.pad, {c});
+        const ContactReport r = add_contacts(b.pad, {c});
         CHECK(r.placed < 1e-3);
         CHECK(doubted(r, "0.00 of the force presses the pad, 1.00 is outside: "));
         CHECK(doubted(r, "Are lengths in m"));
@@ -219,7 +220,7 @@ TEST_CASE("a sentence counts what was beside, too far and turned away") {
     contacts[1].position = {0.005, 0.005, 1};
     contacts[2].position = {1, 0.005, 0};
     contacts[3].direction = {0, 0, 1};
-    const Report r = add_contacts(b.pad, Pose(), 2e-3, contacts);
+    const ContactReport r = add_contacts(b.pad, Pose(), 2e-3, contacts);
     CHECK(doubted(r,
                   "0.25 of the force presses the pad, 0.75 is outside: 1 beside, 1 too far, 1 turned away, else over "
                   "the border. "));
@@ -239,7 +240,7 @@ TEST_CASE("a sentence counts what was beside, too far and turned away") {
 
 TEST_CASE("tiled pads share a patch without doubt, and each is asked for its part alone") {
     const std::vector<float> values(16, 0.1f);
-    const Taxels taxels = taxels_of(values, 4, 4, 4e-3, 2e-3);
+    const TaxelReadings taxels = taxels_of(values, 4, 4, 4e-3, 2e-3);
     for (double middle : {36.0, 40.0, 44.0, 60.0}) {
         CAPTURE(middle);
         Buffer left(40, 40), right(40, 40);
@@ -253,7 +254,7 @@ TEST_CASE("tiled pads share a patch without doubt, and each is asked for its par
             return add_contacts(pad, Pose(), 0, {c});
         };
         const auto array = [&](const Pad& pad, double from) {
-            Taxels t = taxels;
+            TaxelReadings t = taxels;
             t.x = middle * quarter - 8e-3 - from;
             return add_taxels(pad, t);
         };
@@ -262,7 +263,7 @@ TEST_CASE("tiled pads share a patch without doubt, and each is asked for its par
             const auto [l, r] = both(add);
             CHECK(l.asked + r.asked == relative(force, 1e-7));
             CHECK(l.placed + r.placed + l.sideways + r.sideways == relative(force, 1e-6));
-            for (const Report& report : {l, r}) {
+            for (const ContactReport& report : {l, r}) {
                 CHECK(std::abs(report.outside) < 1e-9);
                 CHECK(report.beside == 0);
                 CHECK(report.doubts() == "");

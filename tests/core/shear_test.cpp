@@ -197,7 +197,7 @@ TEST_CASE("A Touch with shear presses tractions whose sum over the modulus is th
     const contact::Poses poses{.position = middles.data(), .rotation = axes.data(), .rotation_step = 0};
     const contact::Contacts contacts{
         .count = 2, .pad = pad, .position = position, .force = force, .radius = &size, .radius_step = 0};
-    const contact::Report& report = touch.add(poses, contacts);
+    const contact::ContactReport& report = touch.add(poses, contacts);
     CHECK(report.shear[0] == relative(0.04, 1e-9));
     CHECK(report.shear[1] == relative(-0.01, 1e-9));
     for (int n = 0; n < 40; ++n) skin.press(touch, 1e-3);

@@ -99,7 +99,7 @@ TEST_CASE("Contacts of a batch press each pad with the bits of a batch that has 
     Table all;
     all.add(3, 1e-3, 2e-3, 0.2), all.add(0, 0, 0, 0.1), all.add(3, 1.2e-3, 1e-3, 0.3), all.add(7, -3e-3, 1e-3, 1);
     Touch touch(tip(), pads, 1e-3);
-    const contact::Report whole = touch.add(all.poses(), all.contacts());
+    const contact::ContactReport whole = touch.add(all.poses(), all.contacts());
     double asked = 0, placed = 0, shear = 0;
     for (int i = 0; i < pads; ++i) {
         CAPTURE(i);
@@ -112,7 +112,7 @@ TEST_CASE("Contacts of a batch press each pad with the bits of a batch that has 
         c.count = zeros.size(), c.pad = zeros.data();
         c.position = rows.data(), c.force = rows.data() + 3, c.radius = rows.data() + 6;
         const Poses pose{&all.middles[size_t(3 * i)], &all.axes[size_t(9 * i)]};
-        const contact::Report own = alone.add(pose, c);
+        const contact::ContactReport own = alone.add(pose, c);
         CHECK(pressure_of(touch, i) == pressure_of(alone, 0));
         CHECK(touch.report(i).placed == own.placed);
         CHECK((own.placed > 0) == (i == 0 || i == 3 || i == 7));
@@ -123,6 +123,25 @@ TEST_CASE("Contacts of a batch press each pad with the bits of a batch that has 
     // Of a force F with a slip s the component against the normal at x is F*(1 - s*x/radius).
     CHECK(whole.placed == relative(1.6 - 0.1 * (0.2 * 1 + 0.3 * 1.2 - 1 * 3) / 8, 1e-6));
     CHECK(whole.shear[0] == relative(shear, 1e-12));
+}
+
+TEST_CASE("A Touch takes floats as it takes the same numbers in double, and both beside each other") {
+    const Table all = table_of(7);
+    const auto single = [](const std::vector<double>& numbers) {
+        return std::vector<float>(numbers.begin(), numbers.end());
+    };
+    const auto in_double = [](const std::vector<float>& numbers) {
+        return std::vector<double>(numbers.begin(), numbers.end());
+    };
+    const std::vector<float> middles = single(all.middles), axes = single(all.axes), rows = single(all.rows);
+    Table same = all;
+    same.middles = in_double(middles), same.axes = in_double(axes), same.rows = in_double(rows);
+    Touch touch(tip(), pads, 1e-3), other(tip(), pads, 1e-3);
+    CHECK(touch.add(same.poses(), same.contacts()).placed > 0.1);
+    Contacts c = same.contacts();
+    c.position = rows.data(), c.force = rows.data() + 3;
+    other.add({middles.data(), axes.data()}, c);
+    for (int i = 0; i < pads; ++i) CHECK(pressure_of(touch, i) == pressure_of(other, i));
 }
 
 TEST_CASE("Each call takes away what the one before pressed, and allocates nothing") {

@@ -48,7 +48,7 @@ bool same_response(const dermis_skin* in_c, const Skin& skin, Quantity q) {
     return std::memcmp(values, expected.data, count * sizeof(float)) == 0;
 }
 
-void check_report(const dermis_contact_report& report, const contact::Report& expected) {
+void check_report(const dermis_contact_report& report, const contact::ContactReport& expected) {
     CHECK(report.asked == expected.asked);
     CHECK(report.placed == expected.placed);
     CHECK(report.outside == expected.outside);
@@ -253,7 +253,7 @@ TEST_CASE("contacts in C give the pressures of contact.hpp and allocate nothing"
                                   .pitch = pitch};
     dermis_contact_report report{};
     report.size = sizeof report;
-    const auto check_same = [&](const contact::Report& r) {
+    const auto check_same = [&](const contact::ContactReport& r) {
         CHECK(actual == expected);
         check_report(report, r);
     };
@@ -285,8 +285,8 @@ TEST_CASE("contacts in C give the pressures of contact.hpp and allocate nothing"
         .size = sizeof taxels, .values = depth.data() + 2, .columns = 3, .rows = 2, .width = 7e-3, .height = 4.5e-3};
     taxels.x = 2e-2, taxels.y = -1e-3, taxels.row_step = 7, taxels.unit = DERMIS_PASCAL;
     REQUIRE(dermis_add_taxels(&in_c, &taxels, &report) == DERMIS_OK);
-    contact::Taxels own;
-    own.unit = contact::Taxels::Unit::pascal;
+    contact::TaxelReadings own;
+    own.unit = contact::TaxelReadings::Unit::pascal;
     own.values = depth.data() + 2;
     own.columns = 3, own.rows = 2;
     own.width = 7e-3, own.height = 4.5e-3;

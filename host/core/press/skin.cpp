@@ -10,7 +10,7 @@
 #include "host/core/press/shear.hpp"
 #include "host/core/press/source.hpp"
 #include "host/core/press/spiking.hpp"
-#include "host/core/press/touch.hpp"
+#include "host/core/contact/touch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -184,7 +184,7 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
     source.need(count * cells.count(), dt, all, cells.count());
     listed.clear();
     for (int pad = 0; size_t(pad) < count; ++pad)
-        if (spiking.any() || touch.touches[size_t(pad)] ||
+        if (spiking.any() || touch.counts[size_t(pad)] > 0 ||
             !std::ranges::all_of(stages, [pad](Stage* s) { return s->rests(pad); }))
             listed.push_back(pad);
     const plan::PadList pads{.ids = listed.data(), .count = listed.size()};

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "host/doors/c/handles.hpp"
 
-#include "dermis/contact.hpp"
-#include "host/core/base/contact_refusal.hpp"
+#include "host/core/contact/landing.hpp"
 
 #include <algorithm>
 #include <cstring>
 
 using namespace dermis::c;
 namespace contact = dermis::contact;
-using dermis::refusing;
 
 contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argument) {
     const size_t versions[] = {offsetof(dermis_contact_pad, tiled), offsetof(dermis_contact_pad, radius_x),
@@ -33,7 +31,7 @@ void dermis::c::need_report(const dermis_contact_report* report) {
     need_size(report, "report", offsetof(dermis_contact_report, shear_x));
 }
 
-void dermis::c::fill(dermis_contact_report* to, const contact::Report& r) {
+void dermis::c::fill(dermis_contact_report* to, const contact::ContactReport& r) {
     const size_t size = to->size;
     const dermis_contact_report whole = {.size = size,
                                          .asked = r.asked,
@@ -67,14 +65,14 @@ void fill(dermis_pose* to, const contact::Pose& pose) {
 
 contact::Pad checked_pad(const dermis_contact_pad* pad) {
     const contact::Pad made = pad_of(pad, "pad");
-    contact::detail::check(made);
+    contact::check(made);
     return made;
 }
 
 // Adds to a pad, and fills the caller's report.
 template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_report* report, Add&& add) {
     need_report(report);
-    refusing([&] { dermis::c::fill(report, add(checked_pad(pad))); });
+    dermis::c::fill(report, add(checked_pad(pad)));
 }
 
 } // namespace
@@ -83,7 +81,7 @@ dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* repo
     return guarded([&] {
         need_pointer(text, "text");
         need_report(report);
-        contact::Report own;
+        contact::ContactReport own;
         own.asked = report->asked, own.placed = report->placed;
         own.outside = report->outside, own.sideways = report->sideways;
         own.greatest = report->greatest;
@@ -101,7 +99,7 @@ dermis_status dermis_add_contacts(const dermis_contact_pad* pad, const dermis_co
     return guarded([&] {
         if (count > 0) need_pointer(contacts, "contacts");
         add(pad, report, [&](const contact::Pad& on) {
-            return contact::detail::add_each(on, count, [&](size_t i) {
+            return contact::add_each(on, count, [&](size_t i) {
                 const dermis_contact& c = contacts[i];
                 return contact::Contact{.x = c.x, .y = c.y, .force = c.force, .radius = c.radius, .area = c.area};
             });
@@ -114,12 +112,12 @@ dermis_status dermis_pose_from_quaternion(const double* position, const double* 
         need_pointer(pose, "pose");
         need_pointer(position, "position");
         need_pointer(quaternion, "quaternion");
-        refusing([&] { fill(pose, contact::Pose::from_quaternion(position, quaternion)); });
+        fill(pose, contact::Pose::from_quaternion(position, quaternion));
     });
 }
 
 dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
-    return guarded([&] { refusing([&] { fill(pose, pose_of(pose).from_middle(checked_pad(pad))); }); });
+    return guarded([&] { fill(pose, pose_of(pose).from_middle(checked_pad(pad))); });
 }
 
 dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
@@ -128,7 +126,7 @@ dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const der
     return guarded([&] {
         if (count > 0) need_pointer(contacts, "contacts");
         add(pad, report, [&](const contact::Pad& on) {
-            return contact::detail::add_each(on, pose_of(pose), reach, count, [&](size_t i) {
+            return contact::add_each(on, pose_of(pose), reach, count, [&](size_t i) {
                 const dermis_world_contact& c = contacts[i];
                 return contact::WorldContact{.position = {c.position[0], c.position[1], c.position[2]},
                                              .force = c.force,
@@ -149,7 +147,7 @@ dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const dermis_pos
         const contact::Body made{.kind = contact::Body::Kind(body->kind),
                                  .size = {body->extent[0], body->extent[1], body->extent[2]},
                                  .pose = pose_of(&body->pose)};
-        refusing([&] { contact::fill_depths(checked_pad(pad), pose_of(pose), made, depth, pitch); });
+        contact::fill_depths(pad_of(pad, "pad"), pose_of(pose), made, depth, pitch);
     });
 }
 
@@ -157,7 +155,7 @@ dermis_status dermis_add_depths(const dermis_contact_pad* pad, const dermis_dept
                                 dermis_contact_report* report) {
     return guarded([&] {
         need_size(depths, "depths");
-        const contact::Depths d{
+        const contact::DepthMap d{
             .depth = depths->depth, .force = depths->force, .stiffness = depths->stiffness, .pitch = depths->pitch};
         add(pad, report, [&](const contact::Pad& on) { return contact::add_depths(on, d); });
     });
@@ -167,19 +165,19 @@ dermis_status dermis_add_taxels(const dermis_contact_pad* pad, const dermis_taxe
                                 dermis_contact_report* report) {
     return guarded([&] {
         need_size(taxels, "taxels");
-        using Unit = contact::Taxels::Unit;
+        using Unit = contact::TaxelReadings::Unit;
         if (taxels->unit != DERMIS_NEWTON && taxels->unit != DERMIS_PASCAL)
             dermis::scene::refuse("taxels->unit", std::to_string(taxels->unit), "DERMIS_NEWTON (0), DERMIS_PASCAL (1)");
-        const contact::Taxels t{.unit = taxels->unit == DERMIS_NEWTON ? Unit::newton : Unit::pascal,
-                                .values = taxels->values,
-                                .columns = taxels->columns,
-                                .rows = taxels->rows,
-                                .width = taxels->width,
-                                .height = taxels->height,
-                                .x = taxels->x,
-                                .y = taxels->y,
-                                .column_step = taxels->column_step ? taxels->column_step : 1,
-                                .row_step = taxels->row_step};
+        const contact::TaxelReadings t{.unit = taxels->unit == DERMIS_NEWTON ? Unit::newton : Unit::pascal,
+                                       .values = taxels->values,
+                                       .columns = taxels->columns,
+                                       .rows = taxels->rows,
+                                       .width = taxels->width,
+                                       .height = taxels->height,
+                                       .x = taxels->x,
+                                       .y = taxels->y,
+                                       .column_step = taxels->column_step ? taxels->column_step : 1,
+                                       .row_step = taxels->row_step};
         add(pad, report, [&](const contact::Pad& on) { return contact::add_taxels(on, t); });
     });
 }

@@ -95,6 +95,6 @@ void fill(dermis_report* to, const Report&);
 // The pad of an argument, whose numbers are not checked yet.
 contact::Pad pad_of(const dermis_contact_pad*, const char* argument);
 void need_report(const dermis_contact_report*); // throws Error::bad_input for a size of no version
-void fill(dermis_contact_report* to, const contact::Report&);
+void fill(dermis_contact_report* to, const contact::ContactReport&);
 
 } // namespace dermis::c

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <iomanip>
 #include <optional>
 #include <sstream>
 
@@ -22,9 +23,15 @@ constexpr const char* keys[] = {"scene", "size", "spacing", "pads",   "radius", 
     throw std::invalid_argument(key + " = " + value + "; allowed: " + allowed);
 }
 
+inline std::string number_text(double number) {
+    std::ostringstream text;
+    text << std::setprecision(9) << number;
+    return text.str();
+}
+
 // MuJoCo counts in ints.
 inline int counted(const char* key, double count) {
-    if (count > INT_MAX) refuse(key, contact::detail::text(count) + " numbers of mjData", "at most 2147483647");
+    if (count > INT_MAX) refuse(key, number_text(count) + " numbers of mjData", "at most 2147483647");
     return int(count);
 }
 
@@ -48,16 +55,14 @@ struct Keys {
         if (!words.eof() || found.size() < fewest || found.size() > otherwise.size())
             refuse(key, value, otherwise.size() == 1 ? "a number" : fewest == 1 ? "1 or 2 numbers" : "2 numbers");
         for (double x : found)
-            if (!(x >= least && x <= most))
-                refuse(key, contact::detail::text(x),
-                       contact::detail::text(least) + ".." + contact::detail::text(most));
+            if (!(x >= least && x <= most)) refuse(key, number_text(x), number_text(least) + ".." + number_text(most));
         return found;
     }
     double number(const char* key, double otherwise, double least, double most) const {
         return numbers(key, 1, {otherwise}, least, most)[0];
     }
     int whole(const char* key, double number) const {
-        if (number != std::floor(number)) refuse(key, contact::detail::text(number), "whole numbers");
+        if (number != std::floor(number)) refuse(key, number_text(number), "whole numbers");
         return int(number);
     }
 };

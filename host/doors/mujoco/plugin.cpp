@@ -153,7 +153,7 @@ class Instance {
     // Says that more than a tenth of the force on a body, of which each of its pads was asked for all, presses none.
     void warn(const mjModel* m, const mjData* d) {
         for (int p : touch_.touched()) {
-            const contact::Report& r = touch_.report(p);
+            const contact::ContactReport& r = touch_.report(p);
             const int body = pads_[size_t(p)].body;
             double lost = r.outside > 0.1 * r.asked ? r.asked : 0;
             for (int q : touch_.touched())

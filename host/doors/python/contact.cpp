@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Contacts to pressure, on an array of the caller's.
 #include "dermis/contact.hpp"
-#include "host/core/base/contact_refusal.hpp"
 #include "host/doors/python/pickle.hpp"
 
 #include <climits>
@@ -10,7 +9,7 @@
 namespace dermis::python {
 namespace {
 
-using contact::Contact, contact::Depths, contact::Pad, contact::Pose, contact::Taxels, contact::WorldContact;
+using contact::Contact, contact::ContactReport, contact::Pad, contact::Pose, contact::WorldContact;
 using Vector = std::array<double, 3>;
 
 // A pad with the array that it adds to.
@@ -46,23 +45,21 @@ void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled,
     new (self) PadOnArray(std::move(made));
 }
 
-// Calls while other Python threads run, with refusals of contact.hpp as errors.
-template <class Call> auto refusing_unlocked(Call&& call) {
-    return refusing([&] {
-        const Computing computing(nullptr);
-        return call();
-    });
+// Calls while other Python threads run.
+template <class Call> auto unlocked(Call&& call) {
+    const Computing computing(nullptr);
+    return call();
 }
 
-contact::Report add_local(const PadOnArray& pad, const Sequence<Contact>& contacts) {
+ContactReport add_local(const PadOnArray& pad, const Sequence<Contact>& contacts) {
     const auto local = items_of<Contact>(contacts, "contacts", "a list of contact.Contact");
-    return refusing_unlocked([&] { return add_contacts(pad.pad(), local); });
+    return unlocked([&] { return add_contacts(pad.pad(), local); });
 }
 
-contact::Report add_in_world(const PadOnArray& pad, const Pose& pose, double reach,
-                             const Sequence<WorldContact>& contacts) {
+ContactReport add_in_world(const PadOnArray& pad, const Pose& pose, double reach,
+                           const Sequence<WorldContact>& contacts) {
     const auto in_world = items_of<WorldContact>(contacts, "contacts", "a list of contact.WorldContact");
-    return refusing_unlocked([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
+    return unlocked([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
 }
 
 template <class Array> Array array_of(const Numbers& numbers, const char* parameter, const char* allowed) {
@@ -94,16 +91,16 @@ void make_pose(Pose* self, const Numbers& position, const Numbers& rotation) {
     new (self) Pose(pose);
 }
 
-contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double force, double stiffness) {
+ContactReport add_depths_of(const PadOnArray& pad, nb::handle depth, double force, double stiffness) {
     nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
     const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
     if (!nb::try_cast(readable(depth), array, false) || !has_rows(array) || array.shape(0) != height ||
         array.shape(1) != width)
         scene::refuse("depth", description_of(depth),
                       "float32 array of shape " + shape_text({height, width}) + " in m, its rows one after another");
-    const Depths depths{
+    const contact::DepthMap depths{
         .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(array.stride(0))};
-    return refusing_unlocked([&] { return contact::add_depths(pad.pad(), depths); });
+    return unlocked([&] { return contact::add_depths(pad.pad(), depths); });
 }
 
 void make_body(contact::Body* self, string_view kind, const Numbers& size, const Numbers& position,
@@ -125,17 +122,14 @@ nb::object depths_of(const PadOnArray& pad, const Pose& pose, const contact::Bod
     const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
     auto* depth = new float[height * width];
     const nb::capsule owner(depth, [](void* p) noexcept { delete[] static_cast<float*>(p); });
-    refusing_unlocked([&] {
-        contact::fill_depths(pad.pad(), pose, body, depth);
-        return 0;
-    });
+    unlocked([&] { contact::fill_depths(pad.pad(), pose, body, depth); });
     const size_t shape[] = {height, width};
     return nb::cast(nb::ndarray<nb::numpy, float>(depth, 2, shape, owner));
 }
 
 // Taxels may lie in memory in any order, as a transposed array does, but forward.
-contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double width, double height, double x, double y,
-                              string_view unit) {
+ContactReport add_taxels_of(const PadOnArray& pad, nb::handle values, double width, double height, double x, double y,
+                            string_view unit) {
     nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
     if (!nb::try_cast(readable(values), array, false) ||
         (array.size() > 0 && (array.stride(0) < 1 || array.stride(1) < 1)) || array.shape(0) > INT_MAX ||
@@ -143,17 +137,18 @@ contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double w
         scene::refuse("values", description_of(values), "float32 array of shape (rows, columns), of positive strides");
     if (unit != "newton" && unit != "pascal")
         scene::refuse("unit", "\"" + std::string(unit) + "\"", "\"newton\", \"pascal\"");
-    const Taxels taxels{.unit = unit == "newton" ? Taxels::Unit::newton : Taxels::Unit::pascal,
-                        .values = array.data(),
-                        .columns = int(array.shape(1)),
-                        .rows = int(array.shape(0)),
-                        .width = width,
-                        .height = height,
-                        .x = x,
-                        .y = y,
-                        .column_step = size_t(array.stride(1)),
-                        .row_step = size_t(array.stride(0))};
-    return refusing_unlocked([&] { return contact::add_taxels(pad.pad(), taxels); });
+    const contact::TaxelReadings taxels{.unit = unit == "newton" ? contact::TaxelReadings::Unit::newton
+                                                                 : contact::TaxelReadings::Unit::pascal,
+                                        .values = array.data(),
+                                        .columns = int(array.shape(1)),
+                                        .rows = int(array.shape(0)),
+                                        .width = width,
+                                        .height = height,
+                                        .x = x,
+                                        .y = y,
+                                        .column_step = size_t(array.stride(1)),
+                                        .row_step = size_t(array.stride(0))};
+    return unlocked([&] { return contact::add_taxels(pad.pad(), taxels); });
 }
 
 template <class Struct> void bind_patch(nb::class_<Struct>& type) {
@@ -218,27 +213,27 @@ void bind_pad(nb::module_& m) {
 }
 
 void bind_contact_report(nb::module_& m) {
-    nb::class_<contact::Report>(m, "ContactReport",
-                                "What became of the forces: asked = placed + outside + sideways, up to rounding.")
+    nb::class_<ContactReport>(m, "ContactReport",
+                              "What became of the forces: asked = placed + outside + sideways, up to rounding.")
         .def(Pickled())
-        .def_ro("asked", &contact::Report::asked, "N: the forces given.")
-        .def_ro("placed", &contact::Report::placed, "N: the part that presses cells, measured in the array.")
-        .def_ro("outside", &contact::Report::outside,
+        .def_ro("asked", &ContactReport::asked, "N: the forces given.")
+        .def_ro("placed", &ContactReport::placed, "N: the part that presses cells, measured in the array.")
+        .def_ro("outside", &ContactReport::outside,
                 "N: the part beside the pad, too far, turned away, or of depths that nowhere exceed 0.")
-        .def_ro("sideways", &contact::Report::sideways,
+        .def_ro("sideways", &ContactReport::sideways,
                 "N: of forces at an angle to the pad, the force less its component into it.")
-        .def_ro("shear", &contact::Report::shear,
+        .def_ro("shear", &ContactReport::shear,
                 "N: of contacts in the world that press the pad, their forces along its x and y.")
-        .def_ro("greatest", &contact::Report::greatest, "Greatest pressure of the cells pressed, Pa.")
-        .def_ro("cells", &contact::Report::cells, "Cells that are pressed now and were not before.")
-        .def_ro("below_cell", &contact::Report::below_cell, "Patches that press a single cell.")
-        .def_ro("beside", &contact::Report::beside)
-        .def_ro("too_far", &contact::Report::too_far)
-        .def_ro("turned_away", &contact::Report::turned_away)
-        .def_ro("level", &contact::Report::level, "m: of add_depths with a stiffness.")
-        .def_prop_ro("plausible", &contact::Report::plausible,
+        .def_ro("greatest", &ContactReport::greatest, "Greatest pressure of the cells pressed, Pa.")
+        .def_ro("cells", &ContactReport::cells, "Cells that are pressed now and were not before.")
+        .def_ro("below_cell", &ContactReport::below_cell, "Patches that press a single cell.")
+        .def_ro("beside", &ContactReport::beside)
+        .def_ro("too_far", &ContactReport::too_far)
+        .def_ro("turned_away", &ContactReport::turned_away)
+        .def_ro("level", &ContactReport::level, "m: of add_depths with a stiffness.")
+        .def_prop_ro("plausible", &ContactReport::plausible,
                      "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
-        .def_prop_ro("doubts", &contact::Report::doubts, nb::call_guard<DefaultFloats>(),
+        .def_prop_ro("doubts", &ContactReport::doubts, nb::call_guard<DefaultFloats>(),
                      "Sentences that say why not; empty if plausible.");
 }
 
@@ -275,7 +270,7 @@ void bind_contact(nb::module_& m) {
           "first.");
     const auto add_of_ball = [&](const char* name, double (*of)(double, double, double), const char* doc) {
         const auto call = [of](double force, double ball, double modulus) {
-            return refusing_unlocked([&] { return of(force, ball, modulus); });
+            return unlocked([&] { return of(force, ball, modulus); });
         };
         m.def(name, call, nb::arg("force"), nb::arg("ball"), nb::arg("modulus"), doc);
     };

@@ -82,7 +82,7 @@ Column<int32_t> pads_in(nb::handle argument) {
     return column;
 }
 
-contact::Report add_to_touch(SharedTouch& shared, nb::handle middle, nb::handle rotation, nb::handle pad,
+contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::handle rotation, nb::handle pad,
                              nb::handle position, nb::handle force, nb::handle radius, nb::handle ball,
                              double modulus) {
     const Column<double> middles = column_in(middle, "middle", {{3}});

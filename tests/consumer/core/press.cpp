@@ -30,7 +30,7 @@ int main() {
     finger.x = finger.y = 5e-3;
     finger.force = 0.5;
     finger.radius = 2e-3;
-    const dermis::contact::Report report = dermis::contact::add_contacts(pad, {finger});
+    const dermis::contact::ContactReport report = dermis::contact::add_contacts(pad, {finger});
     skin.press(pressure, 0.01);
     const auto sa1 = skin.response(dermis::Quantity::sa1);
 

@@ -289,7 +289,7 @@ static void depths_and_taxels(void) {
     CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK && near(report.placed, 0.02) && report.cells == 2);
     CHECK(near(pressure[5], 5e3) && near(pressure[6], 15e3));
     depths.stiffness = -1;
-    REFUSED(dermis_add_depths(&on, &depths, &report), "depths.stiffness = -1; allowed: 1e-06..1e+30");
+    REFUSED(dermis_add_depths(&on, &depths, &report), "depths.stiffness = -1; allowed: 1e-6..1e30");
     depths.stiffness = 0;
     depths.depth = NULL;
     REFUSED(dermis_add_depths(&on, &depths, &report), "depths.depth = null");
@@ -297,7 +297,7 @@ static void depths_and_taxels(void) {
     REFUSED(dermis_add_depths(&on, &depths, &report), "depths->size = 1");
     REFUSED(dermis_add_depths(&on, NULL, &report), "depths = (null)");
 
-    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels.height = 0; allowed: 1e-09..1000000");
+    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels.height = 0; allowed: 1e-9..1e6");
     taxels.height = 1.5e-3;
     memset(pressure, 0, sizeof pressure);
     CHECK(dermis_add_taxels(&on, &taxels, &report) == DERMIS_OK && near(report.asked, (double)0.1f + (double)0.3f));

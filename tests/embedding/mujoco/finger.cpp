@@ -89,7 +89,7 @@ class Finger {
           site_(id(mjOBJ_SITE, "skin")), geom_(id(mjOBJ_GEOM, "pad")) {}
 
     // Advances by one step, and turns the contact into pressure.
-    contact::Report advance() {
+    contact::ContactReport advance() {
         const double now = double(std::lround(data_->time / step) - late_) * step;
         data_->ctrl[0] = command(along, now);
         data_->ctrl[1] = command(up, now);
@@ -156,7 +156,7 @@ Recording record(const mjModel* model) {
     dermis::Skin skin(dermis::Device::cpu(1), skin_of_a_fingertip());
     Recording made;
     for (int n = 0; n < frames; ++n) {
-        const contact::Report report = finger.advance();
+        const contact::ContactReport report = finger.advance();
         skin.press(pressure, step);
         made.held_up.push_back(finger.held_up());
         made.speed.push_back(finger.speed());

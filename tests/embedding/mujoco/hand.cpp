@@ -81,7 +81,7 @@ int main(int argc, char** argv) try {
         mj_step(m, d);
         const Table table(m, d, pads);
         // The model's sites are the pads, in this order.
-        const contact::Report& r = touch.add({.position = d->site_xpos, .rotation = d->site_xmat}, table.contacts());
+        const contact::ContactReport& r = touch.add({.position = d->site_xpos, .rotation = d->site_xmat}, table.contacts());
         skin.press(touch, step);
         if (n >= 350) into += r.asked - r.sideways, placed += r.placed;
     }

@@ -1,30 +1,28 @@
 // SPDX-License-Identifier: MIT
-#include "host/core/press/touch.hpp"
+#include "host/core/contact/touch.hpp"
 
-#include "host/core/base/contact_refusal.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
-#include "host/core/base/refusal.hpp"
 
 #include <climits>
 
 namespace dermis::contact {
 namespace {
 
-// The three or nine numbers of pad or contact i.
-const double* numbers_of(const double* first, size_t step, size_t i) { return first + i * step; }
-
-Pose pose_of(const Poses& p, size_t pad) {
-    return Pose::from_matrix(numbers_of(p.position, p.position_step, pad),
-                             numbers_of(p.rotation, p.rotation_step, pad));
+// The group of numbers of pad or contact i.
+template <size_t n> std::array<double, n> group_of(Reals numbers, size_t step, size_t i) {
+    return numbers.visit([&](const auto* first) {
+        std::array<double, n> group;
+        std::copy_n(first + i * step, n, group.begin());
+        return group;
+    });
 }
 
 // Copies the numbers of contact i.
 Listed copied(const Contacts& c, size_t i) {
-    const double *place = numbers_of(c.position, c.position_step, i), *force = numbers_of(c.force, c.force_step, i);
-    Listed made{.pad = c.pad[i * c.pad_step], .next = -1, .ball = 0, .contact = {}};
-    std::copy_n(place, 3, made.contact.position.begin());
-    std::copy_n(force, 3, made.contact.direction.begin());
+    Listed made{.pad = c.pad[i * c.pad_step]};
+    made.contact.position = group_of<3>(c.position, c.position_step, i);
+    made.contact.direction = group_of<3>(c.force, c.force_step, i);
     const auto [x, y, z] = made.contact.direction;
     made.contact.force = std::sqrt(x * x + y * y + z * z);
     if (c.radius) made.contact.radius = c.radius[i * c.radius_step];
@@ -32,7 +30,7 @@ Listed copied(const Contacts& c, size_t i) {
     return made;
 }
 
-void sum_up(Report& all, const Report& r) {
+void sum_up(ContactReport& all, const ContactReport& r) {
     all.asked += r.asked, all.placed += r.placed, all.outside += r.outside, all.sideways += r.sideways;
     for (size_t k = 0; k < 2; ++k) all.shear[k] += r.shear[k];
     all.greatest = std::max(all.greatest, r.greatest);
@@ -40,14 +38,14 @@ void sum_up(Report& all, const Report& r) {
     all.beside += r.beside, all.too_far += r.too_far, all.turned_away += r.turned_away;
 }
 
-bool is_within(const std::array<double, 3>& numbers, double limit) {
+bool is_within(const Vector& numbers, double limit) {
     return std::ranges::all_of(numbers, [limit](double n) { return n >= -limit && n <= limit; });
 }
 
 [[noreturn]] void refuse_contact(size_t i, const char* member, const double* numbers, size_t count,
                                  const char* allowed) {
     std::string value;
-    for (size_t k = 0; k < count; ++k) value += (k ? ", " : "") + detail::text(numbers[k]);
+    for (size_t k = 0; k < count; ++k) value += (k ? ", " : "") + shortest(numbers[k]);
     scene::refuse("contacts." + std::string(member) + "[" + std::to_string(i) + "]", value, allowed);
 }
 
@@ -57,25 +55,22 @@ Pad checked(Pad shape) {
     scene::need(shape.pitch == 0, "shape.pitch", double(shape.pitch), "0");
     float none = 0;
     shape.pressure = &none;
-    refusing([&] { detail::check(shape); });
+    check(shape);
     shape.pressure = nullptr;
     return shape;
 }
 
 // Throws Error::bad_input where add() cannot take an array.
 void need_arrays(const Poses& poses, const Contacts& c) {
-    const auto need_memory = [](const void* memory, const char* name) {
-        if (!memory) scene::refuse(name, "null", "an address");
-    };
     scene::need(c.count <= size_t(INT_MAX), "contacts.count", double(c.count), "at most 2147483647");
-    need_memory(c.pad, "contacts.pad");
-    need_memory(c.position, "contacts.position");
-    need_memory(c.force, "contacts.force");
-    need_memory(poses.position, "poses.position");
-    need_memory(poses.rotation, "poses.rotation");
+    need_memory("contacts.pad", c.pad);
+    need_memory("contacts.position", bool(c.position));
+    need_memory("contacts.force", bool(c.force));
+    need_memory("poses.position", bool(poses.position));
+    need_memory("poses.rotation", bool(poses.rotation));
     if (c.radius && c.ball) scene::refuse("contacts.ball", "(given)", "null beside contacts.radius");
     if (c.radius) return scene::need(c.modulus == 0, "contacts.modulus", c.modulus, "0 beside contacts.radius");
-    need_memory(c.ball, "contacts.ball");
+    need_memory("contacts.ball", bool(c.ball));
     scene::need_positive("contacts.modulus", c.modulus);
 }
 
@@ -85,15 +80,15 @@ void need_contact(const Listed& c, size_t i, int pads, bool has_radius) {
         scene::refuse("contacts.pad[" + std::to_string(i) + "]", std::to_string(c.pad),
                       "0.." + std::to_string(pads - 1));
     const auto &place = c.contact.position, &force = c.contact.direction;
-    if (!is_within(place, detail::greatest_length)) refuse_contact(i, "position", place.data(), 3, "-1e6..1e6");
+    if (!is_within(place, greatest_length)) refuse_contact(i, "position", place.data(), 3, "-1e6..1e6");
     if (!is_within(force, 1e12)) refuse_contact(i, "force", force.data(), 3, "-1e12..1e12");
     const double& size = has_radius ? c.contact.radius : c.ball;
-    if (!(size >= 0 && size <= detail::greatest_length && (has_radius || size > 0)))
+    if (!(size >= 0 && size <= greatest_length && (has_radius || size > 0)))
         refuse_contact(i, has_radius ? "radius" : "ball", &size, 1, has_radius ? "0..1e6" : "above 0, at most 1e6");
 }
 
 // Makes a block hold these cells too.
-void grow(Touch::Block& b, const detail::CellSpan& columns, const detail::CellSpan& rows) {
+void grow(Touch::Block& b, const CellSpan& columns, const CellSpan& rows) {
     if (columns.first > columns.last || rows.first > rows.last) return;
     const int x = b.height == 0 ? columns.first : std::min(b.x, columns.first),
               y = b.height == 0 ? rows.first : std::min(b.y, rows.first);
@@ -106,7 +101,7 @@ void grow(Touch::Block& b, const detail::CellSpan& columns, const detail::CellSp
 Touch::Impl::Impl(const Pad& given, int n, double r, bool shear)
     : shape(checked(given)), count(n), reach(r), cells(size_t(shape.width) * size_t(shape.height)),
       pressure(size_t(n) * cells), traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)),
-      touches(size_t(n)), poses(size_t(n)), first(size_t(n), -1), last(size_t(n)) {
+      poses(size_t(n)), counts(size_t(n)), ends(size_t(n)) {
     touched.reserve(size_t(n));
 }
 
@@ -126,17 +121,19 @@ void Touch::Impl::take(const Poses& given, const Contacts& c) {
     int posed = -1; // the pad with the pose that was checked last; -1: no pose has been checked
     for (size_t i = 0; i < c.count; ++i) {
         const Listed own = copied(c, i);
-        need_contact(own, i, count, c.radius);
+        need_contact(own, i, count, bool(c.radius));
         const auto [x, y, z] = own.contact.direction;
         if (x == 0 && y == 0 && z == 0) continue;
         contacts.push_back(own);
         asked += std::abs(x) + std::abs(y) + std::abs(z);
         if (own.pad == posed) continue;
         posed = own.pad;
-        Pose& pose = poses[size_t(posed)] = pose_of(given, size_t(posed));
-        refusing([&] { detail::check(pose); });
+        Pose& pose = poses[size_t(posed)];
+        pose.position = group_of<3>(given.position, given.position_step, size_t(posed));
+        pose.rotation = group_of<9>(given.rotation, given.rotation_step, size_t(posed));
+        check(pose);
     }
-    refusing([&] { detail::need_float_pressure(shape, asked); });
+    need_float_pressure(shape, asked);
 }
 
 // Takes the pressures and reports of the last call away.
@@ -145,11 +142,10 @@ void Touch::Impl::clear() {
         Block& b = pressed[size_t(number)];
         const Pad own = pad(number);
         for (float* map : {own.pressure, own.shear_x, own.shear_y})
-            for (int y = b.y; map && y < b.y + b.height; ++y)
-                std::fill_n(map + detail::row_at(own, y) + b.x, b.width, 0.0f);
+            for (int y = b.y; map && y < b.y + b.height; ++y) std::fill_n(map + row_at(own, y) + b.x, b.width, 0.0f);
         b = {};
         reports[size_t(number)] = {};
-        touches[size_t(number)] = 0;
+        counts[size_t(number)] = 0;
     }
     touched.clear();
     all = {};
@@ -157,13 +153,16 @@ void Touch::Impl::clear() {
 
 // Lists the contacts of each pad in their order.
 void Touch::Impl::list() {
-    for (int i = 0; i < int(contacts.size()); ++i) {
-        const auto pad = size_t(contacts[size_t(i)].pad);
-        if (touches[pad]) contacts[size_t(last[pad])].next = i;
-        else first[pad] = i, touches[pad] = 1, touched.push_back(int(pad));
-        last[pad] = i;
-    }
+    for (const Listed& c : contacts)
+        if (counts[size_t(c.pad)]++ == 0) touched.push_back(c.pad);
     if (!std::ranges::is_sorted(touched)) std::ranges::sort(touched);
+    size_t begin = 0;
+    for (const int pad : touched) {
+        ends[size_t(pad)] = begin;
+        begin += counts[size_t(pad)];
+    }
+    order.resize(contacts.size());
+    for (const Listed& c : contacts) order[ends[size_t(c.pad)]++] = &c;
 }
 
 Pad Touch::Impl::pad(int number) {
@@ -177,28 +176,22 @@ Pad Touch::Impl::pad(int number) {
 }
 
 // Presses one pad by its contacts. modulus: Pa, for contacts that have a ball; 0: each contact has a radius.
-Report Touch::Impl::pressed_by(int number, double modulus) {
+ContactReport Touch::Impl::pressed_by(int number, double modulus) {
     const Pad own = pad(number);
     const Pose pose = poses[size_t(number)].from_middle(own);
     Block& block = pressed[size_t(number)];
-    double most = 0;
-    for (int i = first[size_t(number)]; i >= 0; i = contacts[size_t(i)].next) ++most;
-    return detail::press_cells(own, most, [&](const detail::Tile& tile, const auto& press, Report& report) {
-        for (int i = first[size_t(number)]; i >= 0; i = contacts[size_t(i)].next) {
-            const auto& [pad_number, next, ball, contact] = contacts[size_t(i)];
-            detail::Landing landing;
-            if (!detail::land(own, pose, reach, contact, landing, report)) continue;
-            Contact& patch = landing.patch;
-            if (modulus > 0) {
-                const double hertz = std::cbrt(0.75 * patch.force * ball / modulus);
-                patch.radius = std::max(hertz, 2 * own.spacing);
-            }
-            const detail::Disc disc = detail::disc_of(own, patch);
-            const double half = std::max(disc.reach, 1.0); // a patch below a cell presses the nearest one
-            grow(block, detail::within(disc.x - half, disc.x + half, {0, own.width - 1}),
-                 detail::within(disc.y - half, disc.y + half, {0, own.height - 1}));
-            detail::add(own, landing, contact.force, tile, press, report);
-        }
+    const size_t listed = counts[size_t(number)];
+    const Listed* const* list = order.data() + ends[size_t(number)] - listed;
+    return press_each(own, listed, [&](size_t i, ContactReport& report) {
+        std::optional<Landing> landing = landing_of(own, pose, reach, list[i]->contact, report);
+        if (!landing) return landing;
+        Contact& patch = landing->patch;
+        if (modulus > 0) patch.radius = std::max(hertz_radius(patch.force, list[i]->ball, modulus), 2 * own.spacing);
+        const Disc disc = disc_of(own, patch);
+        const double half = std::max(disc.reach, 1.0); // a patch below a cell presses the nearest one
+        grow(block, within(disc.x - half, disc.x + half, {0, own.width - 1}),
+             within(disc.y - half, disc.y + half, {0, own.height - 1}));
+        return landing;
     });
 }
 
@@ -211,7 +204,7 @@ Touch::Touch(const Pad& shape, int count, double reach, bool shear) {
         scene::need(count >= 1 && count <= 1048576, "count", count, "1..1048576");
         scene::need(double(count) * shape.width * shape.height <= 2147483647, "count*width*height",
                     double(count) * shape.width * shape.height, "at most 2147483647");
-        refusing([&] { detail::check_reach(shape, reach); });
+        check_reach(shape, reach);
         impl_ = std::make_unique<Impl>(shape, count, reach, shear);
     });
 }
@@ -225,9 +218,9 @@ const Pad& Touch::shape() const { return impl_->shape; }
 const float* Touch::traction() const { return impl_->traction.empty() ? nullptr : impl_->traction.data(); }
 const float* Touch::pressure() const { return impl_->pressure.data(); }
 
-const Report& Touch::add(const Poses& poses, const Contacts& contacts) {
+const ContactReport& Touch::add(const Poses& poses, const Contacts& contacts) {
     const auto words = [&] { return "the list of " + std::to_string(contacts.count) + " contacts"; };
-    return scene::guarded(words, [&]() -> const Report& {
+    return scene::guarded(words, [&]() -> const ContactReport& {
         const DefaultFloats guard;
         Impl& s = *impl_;
         s.take(poses, contacts);
@@ -241,7 +234,7 @@ const Report& Touch::add(const Poses& poses, const Contacts& contacts) {
     });
 }
 
-const Report& Touch::report(int pad) const { return impl_->reports[impl_->number_of(pad)]; }
+const ContactReport& Touch::report(int pad) const { return impl_->reports[impl_->number_of(pad)]; }
 const std::vector<int>& Touch::touched() const { return impl_->touched; }
 Touch::Block Touch::block(int pad) const { return impl_->pressed[impl_->number_of(pad)]; }
 

@@ -1,30 +1,22 @@
 // SPDX-License-Identifier: MIT
-// How deep a body is below each cell of a pad. contact.hpp has what users need to know; its end includes this header.
-//
-// contact.hpp comes first even where a file includes this header alone. It includes this one, so the guard is below.
-#include <dermis/contact.hpp>
-
-#ifndef DERMIS_CONTACT_BODY_HPP
-#define DERMIS_CONTACT_BODY_HPP
+// How deep a body is below each cell of a pad.
+#include "host/core/base/float_environment.hpp"
+#include "host/core/contact/landing.hpp"
 
 #include <cfloat>
-#include <cmath>
 
 namespace dermis::contact {
-
-namespace detail {
-
-using Vector = std::array<double, 3>;
+namespace {
 
 // The places point + t*direction of a line that are in a body: near <= t <= far; none if near > far.
 struct Stretch {
     double near, far;
     bool empty() const { return near > far; }
 };
-inline constexpr Stretch nowhere{1, -1};
+constexpr Stretch nowhere{1, -1};
 
 // Where a*t^2 + 2*b*t + c <= 0, of a > 0.
-inline Stretch within_quadric(double a, double b, double c) {
+Stretch within_quadric(double a, double b, double c) {
     const double under = b * b - a * c;
     if (!(under >= 0)) return nowhere;
     const double half = std::sqrt(under);
@@ -32,12 +24,12 @@ inline Stretch within_quadric(double a, double b, double c) {
 }
 
 // In a ball of this radius around a place at the distance `from` of the line's point. The direction has length 1.
-inline Stretch within_ball(const Vector& from, const Vector& direction, double radius) {
+Stretch within_ball(const Vector& from, const Vector& direction, double radius) {
     return within_quadric(1, dot(from, direction), dot(from, from) - radius * radius);
 }
 
 // In a capsule along z: a cylinder between two balls.
-inline Stretch within_capsule(const Vector& from, const Vector& direction, double radius, double half_length) {
+Stretch within_capsule(const Vector& from, const Vector& direction, double radius, double half_length) {
     Stretch found = nowhere;
     const auto add = [&](const Stretch& s) {
         if (s.empty()) return;
@@ -55,9 +47,9 @@ inline Stretch within_capsule(const Vector& from, const Vector& direction, doubl
     return found;
 }
 
-inline Stretch within_box(const Vector& from, const Vector& direction, const Vector& half) {
+Stretch within_box(const Vector& from, const Vector& direction, const Vector& half) {
     Stretch found{-DBL_MAX, DBL_MAX};
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (size_t k = 0; k < 3; ++k) {
         if (std::abs(direction[k]) < 1e-12) { // along a face
             if (std::abs(from[k]) > half[k]) return nowhere;
             continue;
@@ -69,13 +61,13 @@ inline Stretch within_box(const Vector& from, const Vector& direction, const Vec
 }
 
 // Below the plane z = 0. A line along the plane is in no part of it that has an end.
-inline Stretch within_plane(const Vector& from, const Vector& direction) {
+Stretch within_plane(const Vector& from, const Vector& direction) {
     if (!(direction[2] > 1e-12)) return nowhere;
     return {-DBL_MAX, -from[2] / direction[2]};
 }
 
 // The places of a line in a body; both in the body's frame.
-inline Stretch within(const Body& body, const Vector& from, const Vector& direction) {
+Stretch within(const Body& body, const Vector& from, const Vector& direction) {
     switch (body.kind) {
     case Body::Kind::sphere: return within_ball(from, direction, body.size[0]);
     case Body::Kind::capsule: return within_capsule(from, direction, body.size[0], body.size[1]);
@@ -107,9 +99,9 @@ struct Angle {
 };
 
 // Places and outward normals of a pad's surface by cells, in the frame of its middle.
-class Surface {
+class PadSurface {
   public:
-    explicit Surface(const Pad& pad)
+    explicit PadSurface(const Pad& pad)
         : pad_(pad), ball_(pad.radius_x != 0 && pad.radius_x == pad.radius_y),
           bend_x_(pad.radius_x == 0 ? 0 : 1 / pad.radius_x), bend_y_(pad.radius_y == 0 ? 0 : 1 / pad.radius_y) {}
 
@@ -148,78 +140,66 @@ class Surface {
 };
 
 // Turns places and vectors in the frame of a pad's middle into the frame of a body.
-class Turn {
-  public:
+struct Turn {
+    Vector rows[3] = {}, offset = {};
+
     Turn(const Pad& pad, const Pose& from, const Pose& to) {
-        for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j)
-                for (std::size_t k = 0; k < 3; ++k)
-                    matrix_[3 * i + j] += to.rotation[3 * k + i] * from.rotation[3 * k + j];
-        const Vector middle = {0.5 * pad.width * pad.spacing, 0.5 * pad.height * pad.spacing, 0};
-        const Vector between = {from.position[0] - to.position[0], from.position[1] - to.position[1],
-                                from.position[2] - to.position[2]};
-        const Vector own = turned(to, between), moved = vector(middle);
-        for (std::size_t i = 0; i < 3; ++i) offset_[i] = own[i] + moved[i];
+        Vector between;
+        for (size_t i = 0; i < 3; ++i) {
+            between[i] = from.position[i] - to.position[i];
+            for (size_t j = 0; j < 3; ++j)
+                for (size_t k = 0; k < 3; ++k) rows[i][j] += to.rotation[3 * k + i] * from.rotation[3 * k + j];
+        }
+        const Vector own = turned(to, between);
+        offset = place({0.5 * pad.width * pad.spacing, 0.5 * pad.height * pad.spacing, 0});
+        for (size_t i = 0; i < 3; ++i) offset[i] += own[i];
     }
-    Vector vector(const Vector& v) const {
-        const std::array<double, 9>& m = matrix_;
-        return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
-                m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
-    }
+    Vector vector(const Vector& v) const { return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)}; }
     Vector place(const Vector& p) const {
         const Vector v = vector(p);
-        return {offset_[0] + v[0], offset_[1] + v[1], offset_[2] + v[2]};
+        return {offset[0] + v[0], offset[1] + v[1], offset[2] + v[2]};
     }
-
-  private:
-    std::array<double, 9> matrix_{};
-    Vector offset_{};
 };
 
-inline void check(const Body& body) {
+void check_body(const Body& body) {
     check(body.pose);
-    const auto need_size = [&](std::size_t k, bool asked) {
+    need_within("body.kind", double(body.kind), 0, 3, "sphere, capsule, box, plane");
+    constexpr size_t used[] = {1, 2, 3, 0}; // sizes of each kind
+    for (size_t k = 0; k < 3; ++k) {
         const double size = body.size[k];
-        if (asked ? !finite(size) || !(size > 0) || size > greatest_length : size != 0)
-            refuse("body.size[" + std::to_string(k) + "]", text(size), asked ? "above 0, at most 1e6" : "0");
-    };
-    const std::size_t used = body.kind == Body::Kind::sphere    ? 1
-                             : body.kind == Body::Kind::capsule ? 2
-                             : body.kind == Body::Kind::box     ? 3
-                                                                : 0;
-    for (std::size_t k = 0; k < 3; ++k) need_size(k, k < used);
+        const bool asked = k < used[size_t(body.kind)];
+        if (asked ? !(size > 0 && size <= greatest_length) : size != 0)
+            scene::refuse("body.size[" + std::to_string(k) + "]", shortest(size), asked ? "above 0, at most 1e6" : "0");
+    }
 }
 
-// The depth of a cell that no body is below.
-inline constexpr double not_below = -1e6; // m
+} // namespace
 
-} // namespace detail
-
-inline void fill_depths(const Pad& pad, const Pose& pose, const Body& body, float* depth, std::size_t pitch) {
-    detail::check(pad);
-    detail::check(pose);
-    detail::check(body);
-    detail::need_memory("depth", depth);
-    detail::need_pitch("pitch", pitch, pad.width);
+void fill_depths(const Pad& pad, const Pose& pose, const Body& body, float* depth, size_t pitch) {
+    const DefaultFloats guard;
+    check(pad);
+    check(pose);
+    check_body(body);
+    need_memory("depth", depth != nullptr);
+    need_pitch("pitch", pitch, pad.width);
     // Lines into a round pad cross at its middle: what is deeper is on its other side.
-    double deepest = detail::greatest_length;
+    double deepest = greatest_length;
     for (double radius : {pad.radius_x, pad.radius_y})
         if (radius != 0) deepest = std::min(deepest, radius);
-    const detail::Turn turn(pad, pose, body.pose);
-    detail::Surface surface(pad);
+    constexpr double not_below = -1e6; // m, the depth of a cell that no body is below
+    const Turn turn(pad, pose, body.pose);
+    PadSurface surface(pad);
     for (int y = 0; y < pad.height; ++y) {
         surface.row(y);
-        float* row = depth + std::size_t(y) * (pitch ? pitch : std::size_t(pad.width));
+        float* row = depth + size_t(y) * (pitch ? pitch : size_t(pad.width));
         for (int x = 0; x < pad.width; ++x) {
-            detail::Vector place, outwards;
+            Vector place, outwards;
             surface.at(x, place, outwards);
-            const detail::Vector normal = turn.vector(outwards), inwards = {-normal[0], -normal[1], -normal[2]};
-            const detail::Stretch in = detail::within(body, turn.place(place), inwards);
-            row[x] = float(in.empty() || in.far > deepest ? detail::not_below : in.far);
+            const Vector normal = turn.vector(outwards), inwards = {-normal[0], -normal[1], -normal[2]};
+            const Stretch in = within(body, turn.place(place), inwards);
+            row[x] = float(in.empty() || in.far > deepest ? not_below : in.far);
         }
     }
 }
 
 } // namespace dermis::contact
-
-#endif

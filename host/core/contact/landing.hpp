@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Where contacts land on a pad, and the loop that presses it by them.
+#pragma once
+
+#include "host/core/base/refusal.hpp"
+#include "host/core/contact/tiles.hpp"
+
+#include <functional>
+#include <optional>
+
+namespace dermis::contact {
+
+using Vector = std::array<double, 3>;
+constexpr double greatest_length = 1e6; // m
+
+// Throw Error::bad_input.
+void check(const Pad&);
+void check(const Pose&);
+void check_reach(const Pad&, double reach);
+// Refuses a force which would, all on one cell, be more than a float can hold.
+void need_float_pressure(const Pad&, double force);
+void need_memory(const char* name, bool given);
+void need_pitch(const char* name, size_t pitch, int width);
+// Refuses numbers that stand in the pad's memory, because they are read while that is written.
+void need_apart(const char* name, const Pad&, const void* first, const void* end);
+inline void need_within(const char* name, double value, double low, double high, const char* allowed) {
+    scene::need(value >= low && value <= high, name, value, allowed);
+}
+
+inline double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Returns the components of a vector of the world in the pad's frame.
+inline Vector turned(const Pose& pose, const Vector& v) {
+    const std::array<double, 9>& r = pose.rotation;
+    return {dot({r[0], r[3], r[6]}, v), dot({r[1], r[4], r[7]}, v), dot({r[2], r[5], r[8]}, v)};
+}
+
+// The place of a pad's surface that is nearest to a point, as x and y of a Contact; how far the point is above it; and
+// the surface's axes there: along x and y of the pad, and outwards.
+struct Foot {
+    double x, y, above;
+    Vector along_x, along_y, normal;
+};
+Foot foot_of(const Pad&, const Vector& place); // in the pad's frame
+
+// Where a contact meets a pad: its patch, whose force is the component into the pad; its whole force, N; and the
+// force's components along x and y of the pad, N, 0 of a contact in the pad's frame.
+struct Landing {
+    Contact patch;
+    double whole, along_x = 0, along_y = 0;
+};
+Disc disc_of(const Pad&, const Contact& patch); // in units of cells
+
+// Nothing where a contact in the world has no force, is too far from the pad or pushes away from it; the force then
+// counts as outside.
+std::optional<Landing> landing_of(const Pad&, const Pose&, double reach, const WorldContact&, ContactReport&);
+
+void add(const Pad&, const Landing&, const Tile&, const CellPress&, ContactReport&);
+
+// Presses a checked pad by its contacts. land(i, report): the landing of contact i, or nothing.
+template <class Land> ContactReport press_each(const Pad& pad, size_t count, const Land& land) {
+    return press_cells(pad, double(count), [&](const Tile& tile, const CellPress& press, ContactReport& report) {
+        for (size_t i = 0; i < count; ++i)
+            if (const std::optional<Landing> landing = land(i, report)) add(pad, *landing, tile, press, report);
+    });
+}
+
+// add_contacts() of contacts that a caller has in a form of its own.
+ContactReport add_each(const Pad&, size_t count, const std::function<Contact(size_t)>&);
+ContactReport add_each(const Pad&, const Pose&, double reach, size_t count, const std::function<WorldContact(size_t)>&);
+
+} // namespace dermis::contact
