@@ -27,7 +27,7 @@ const std::vector<Kind> groups[] = {
      {.name = "width", .width = 1000, .height = 1024},
      {.name = "width", .width = 1023, .height = 1024},
      {.name = "fourth-order", .width = 1024, .height = 1024, .stencil = Stencil::fourth_order},
-     {.name = "published", .width = 1024, .height = 1024, .stencil = Stencil::published}},
+     {.name = "published", .width = 1024, .height = 1024, .stencil = published_stencil}},
     {{.name = "elements-1", .width = 512, .height = 512},
      {.name = "elements-2", .width = 512, .height = 512, .elements = 2},
      {.name = "elements-3", .width = 512, .height = 512, .elements = 3}}};

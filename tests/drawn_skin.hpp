@@ -99,14 +99,14 @@ inline void draw_surface(Random& r, DrawnSkin& drawn) {
     d.material.curvature_length = chance(r, 0.1) ? 0 : (chance(r, 0.5) ? 1 : -1) * r.decades(-6, -2);
     if (chance(r, 0.5)) d.stencil = Stencil(whole(r, 0, 2));
     if (chance(r, 0.5)) d.edges = Edges(whole(r, 0, 1));
-    if (d.stencil == Stencil::published && d.grid.width > 1 && d.grid.height > 1 && chance(r, 0.5))
-        d.edges = Edges::published;
+    if (d.stencil == published_stencil && d.grid.width > 1 && d.grid.height > 1 && chance(r, 0.5))
+        d.edges = published_edges;
     if (d.surface.kind != Surface::Kind::map) return;
     std::vector<double> heights(drawn.cells()), curvature(drawn.cells());
     for (double& x : heights) x = r.unit();
     for (double& x : curvature) x = r.within(-1e5, 1e5);
     d.surface.map = heights;
-    if (d.stencil != Stencil::published && chance(r, 0.3)) d.surface.curvature = curvature;
+    if (d.stencil != published_stencil && chance(r, 0.3)) d.surface.curvature = curvature;
 }
 
 inline void draw_material(Random& r, DrawnSkin& drawn) {
@@ -147,7 +147,7 @@ inline void draw_options(Random& r, DrawnSkin& drawn) {
     if (chance(r, 0.12)) o.control = Control::depth;
     if (drawn.takes_material() && chance(r, 0.3))
         for (int i = 0; i < o.count; ++i) o.materials.push_back(like(r, d.material));
-    o.shear = drawn.takes_material() && d.sites.empty() && d.edges != Edges::published && chance(r, 0.4);
+    o.shear = drawn.takes_material() && d.sites.empty() && d.edges != published_edges && chance(r, 0.4);
     if (o.shear && std::ranges::count(o.responses, Quantity::sa2) && chance(r, 0.4))
         o.sa2_stretch = chance(r, 0.5) ? std::array{0.0, 0.0} : std::array{r.within(0.1, 1), r.within(-1, 1)};
 }

@@ -78,11 +78,10 @@ DERMIS_API const char* name(Quantity) noexcept;
 enum class Precision { f32, f32_compensated, f64 };
 DERMIS_API const char* name(Precision) noexcept;
 
-// The stencil of the Laplacian. five_point and published, which is the published study's, are of second order.
-enum class Stencil { five_point, fourth_order, published };
-// The cell beyond an edge. mirror: cell -1 is cell 0, cell -2 is cell 1. periodic: cell -1 is the last cell. published:
-// as in the study, with Stencil::published alone, and from 2 x 2 cells on.
-enum class Edges { mirror, periodic, published };
+// The stencil of the Laplacian: of second and of fourth order.
+enum class Stencil { five_point, fourth_order };
+// The cell beyond an edge. mirror: cell -1 is cell 0, cell -2 is cell 1. periodic: cell -1 is the last cell.
+enum class Edges { mirror, periodic };
 enum class Fa2 { point, step_mean }; // see Receptors::fa2
 
 // How a pressure that is known by frames runs over the step from one frame to the next. linear: along a line.
@@ -141,7 +140,7 @@ struct Surface {
     std::optional<double> relief;       // m per unit of height; > 0
     Map map;                            // Kind::map: width*height finite heights
     // Kind::map: the curvature L of these heights in each cell, in heights per m^2, where it is known better than by
-    // the stencil, from a finer grid; finite. Empty: by the stencil. Not with Stencil::published or Edges::published.
+    // the stencil, from a finer grid; finite. Empty: by the stencil.
     Map curvature;
     // m from crest to crest, > 0, only with Grid::spacing. Of a wave or spiral it stands in place of `ridges`; of a map
     // it only says what the ridges of its heights are.
@@ -224,8 +223,8 @@ struct SkinDescription {
     Grid grid;
     Surface surface;
     Material material;
-    std::optional<Stencil> stencil; // default five_point; with Method::published: published
-    std::optional<Edges> edges;     // default mirror; with Method::published: published
+    std::optional<Stencil> stencil; // default five_point
+    std::optional<Edges> edges;     // default mirror
     Receptors receptors;
     std::vector<Site> sites;
 };

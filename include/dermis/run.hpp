@@ -113,13 +113,6 @@ struct RunOptions {
     std::function<void(double)> progress;
 };
 
-// The maps that a scene is made of, width*height each: the surface S, m; its curvature L(S), 1/m; and the pressure, Pa,
-// with the intensity and without the envelope.
-struct SceneMaps {
-    Map surface, rest_curvature, pressure;
-};
-DERMIS_API SceneMaps maps(const Scene&);
-
 // A model, precision and device that could serve a scene, and what that would cost.
 struct Candidate {
     Model model = Model::march;

@@ -12,6 +12,11 @@ namespace dermis {
 enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
 DERMIS_API const char* name(Method) noexcept;
 
+// The published study's stencil, of second order, and its edges, which need that stencil and 2 x 2 cells. Not beside
+// Surface::curvature. With Method::published they are the defaults.
+inline constexpr Stencil published_stencil{2};
+inline constexpr Edges published_edges{2};
+
 // The models by which a result is computed. Any two that can serve a scene agree on it.
 //   moments   means, extremes and probes, from three means and a convex hull; no fields
 //   maps      the same, and each field in one pass

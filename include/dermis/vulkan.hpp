@@ -205,33 +205,6 @@ class DERMIS_API SkinProgram {
     std::unique_ptr<Impl> impl_;
 };
 
-// Finds mistakes in a host's own code before its first frame. The host uploads two known pressures, presses them and
-// reads the responses back as it will do with every frame; the trial says what the responses show.
-//
-//     const dermis::vulkan::Trial trial(description, options);           // description and options of the program
-//     upload(trial.pressure(1)), press by Trial::dt, and the same with pressure(2)   // from a skin at rest
-//     const std::string fault = trial.fault(program, 2, responses, bytes);
-class DERMIS_API Trial {
-  public:
-    static constexpr double dt = 0.01; // s
-    // Throws Error::bad_input.
-    explicit Trial(const SkinDescription&, const SkinOptions& = {});
-    ~Trial();
-    Trial(const Trial&) = delete;
-    Trial& operator=(const Trial&) = delete;
-
-    // The pressure at the end of press 1 or 2: width*height floats for each pad, row 0 first. Throws Error::bad_input
-    // for another press.
-    const std::vector<float>& pressure(int press) const;
-    // Says what is wrong after press 1 or 2; empty if the responses have the CPU path's bits. It recognizes rows of
-    // pressure that were written width numbers apart instead of pitch(), constants that were never uploaded, and states
-    // that were swapped. responses: the content of memory().response. Throws Error::bad_input if there are too few
-    // bytes.
-    std::string fault(const SkinProgram&, int press, const void* responses, size_t bytes) const;
-
-  private:
-    struct DERMIS_HIDDEN Impl;
-    std::unique_ptr<Impl> impl_;
-};
+class [[deprecated("copy host/examples/vulkan_trial.hpp, which has it")]] Trial;
 
 } // namespace dermis::vulkan

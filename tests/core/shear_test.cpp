@@ -342,9 +342,8 @@ TEST_CASE("What no shear can be asked of is refused by name, and nothing is chan
     CHECK(refused([](SkinDescription& d, SkinOptions&) {
               d.material.elements[0].modulus_map = Map(std::vector<double>(cells_of_pad, 1e5));
           }) == "shear = true; allowed: false in a skin whose material has maps");
-    CHECK(refused([](SkinDescription& d, SkinOptions&) {
-              d.edges = Edges::published, d.stencil = Stencil::published;
-          }) == "shear = true; allowed: false with curvature.edges = published");
+    CHECK(refused([](SkinDescription& d, SkinOptions&) { d.edges = published_edges, d.stencil = published_stencil; }) ==
+          "shear = true; allowed: false with curvature.edges = published");
 
     Skin skin(Device::cpu(1), sheared_skin(), with_shear()), plain(Device::cpu(1), sheared_skin());
     const std::vector<float> pressure = patch(1e4);

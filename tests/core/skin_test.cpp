@@ -120,7 +120,7 @@ TEST_CASE("one thread, two threads and Vulkan: the same bits, whatever the skin;
     const Validated vulkan;
     for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
                                          {Stencil::fourth_order, Edges::periodic},
-                                         {Stencil::published, Edges::published}})
+                                         {published_stencil, published_edges}})
         for (bool materials : {false, true})
             for (int width : {64, 67})
                 for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
@@ -206,7 +206,7 @@ TEST_CASE(
 TEST_CASE("a skin large enough for two threads has the bits of one") {
     for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
                                          {Stencil::fourth_order, Edges::periodic},
-                                         {Stencil::published, Edges::published}}) {
+                                         {published_stencil, published_edges}}) {
         SkinDescription d = ridged(397, 401);
         d.stencil = stencil;
         d.edges = edges;

@@ -365,10 +365,6 @@ TEST_CASE("an allocation that fails beside a Vulkan driver's own: the same, and 
         all.push_back(double(made.memory().check.bytes));
     };
     starve("a program", program, 31, true);
-    const auto trial = [&](Numbers& all) {
-        all.push_back(vulkan::Trial(pressing.description, pressing.options).pressure(1)[0]);
-    };
-    starve("a trial", trial, 1, true);
 }
 
 TEST_CASE("an allocation that fails under the C interface is the status DERMIS_NO_MEMORY") {

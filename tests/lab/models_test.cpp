@@ -122,7 +122,7 @@ TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, 
             if (std::min(s.grid.width, s.grid.height) < 2) continue;
         } else {
             s.stencil = Stencil(random() % 3);
-            s.edges = *s.stencil == Stencil::published ? Edges::published : Edges(random() % 2);
+            s.edges = *s.stencil == published_stencil ? published_edges : Edges(random() % 2);
             s.receptors.fa2 = Fa2(random() % 2);
             if (s.method == Method::exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
             const double gain = 1 + number(random) / 2;

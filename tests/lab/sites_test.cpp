@@ -29,7 +29,7 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
         for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
                                       {Stencil::five_point, Edges::periodic},
                                       {Stencil::fourth_order, Edges::mirror},
-                                      {Stencil::published, Edges::published}}) {
+                                      {published_stencil, published_edges}}) {
             CAPTURE(materials);
             Scene s = small_scene(37, 21);
             s.stencil = stencil;

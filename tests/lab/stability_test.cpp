@@ -433,7 +433,7 @@ TEST_CASE("a float sum of 1e8 ones is 16777216; the mean of a large map is right
 TEST_CASE("stencils converge at orders 2, 4 and 2 on smooth fields that fit the edges") {
     for (Edges edges : {Edges::periodic, Edges::mirror})
         for (auto [stencil, order] :
-             {std::pair{Stencil::five_point, 2}, {Stencil::fourth_order, 4}, {Stencil::published, 2}}) {
+             {std::pair{Stencil::five_point, 2}, {Stencil::fourth_order, 4}, {published_stencil, 2}}) {
             CAPTURE(int(stencil));
             CAPTURE(int(edges));
             double error[2];

@@ -18,7 +18,7 @@ using namespace dermis;
 Curvature::Weights Curvature::along(int n, Stencil stencil, Edges edges) {
     Weights all(static_cast<size_t>(n));
     if (n == 1) return all;                // an axis of one cell has no curvature
-    if (edges == Edges::published) {       // the gradient of the gradient, one-sided at the ends
+    if (edges == published_edges) {        // the gradient of the gradient, one-sided at the ends
         const auto gradient = [n](int i) { // weights of the cells at its two ends
             const int low = std::max(i - 1, 0), high = std::min(i + 1, n - 1);
             const long double weight = 1.0L / (high - low);
@@ -42,7 +42,7 @@ Curvature::Weights Curvature::along(int n, Stencil stencil, Edges edges) {
         for (int side : {-1, 1}) {
             auto& weights = all[size_t(i)];
             if (stencil == Stencil::five_point) weights.push_back({inside(i + side), 1});
-            if (stencil == Stencil::published) weights.push_back({inside(i + 2 * side), 0.25L});
+            if (stencil == published_stencil) weights.push_back({inside(i + 2 * side), 0.25L});
             if (stencil != Stencil::fourth_order) continue;
             weights.push_back({inside(i + side), 4.0L / 3});
             weights.push_back({inside(i + 2 * side), -1.0L / 12});

@@ -210,8 +210,8 @@ void Family::take_surface(Scene& s) {
                           (flat ? 0.5 : 0.5 + 0.5 * std::sin(waves * x + 0.3 * std::sin(y)) + noise * real(-1, 1)));
     s.stencil = Stencil(below(3));
     s.edges = Edges(below(2));
-    if (*s.stencil == Stencil::published && s.grid.width > 1 && s.grid.height > 1 && one_in(2))
-        s.edges = Edges::published;
+    if (*s.stencil == published_stencil && s.grid.width > 1 && s.grid.height > 1 && one_in(2))
+        s.edges = published_edges;
 }
 
 void Family::take_load(Scene& s) {

@@ -278,7 +278,7 @@ void Mutation::change_receptors(Scene& s) {
         if (r.sa2_adaptation) r.sa2_adaptation.reset();
         else r.sa2_adaptation = s.time.step * decades(-2, 3);
         break;
-    default: s.stencil = Stencil(below(3)); s.edges = Edges(below(*s.stencil == Stencil::published ? 3 : 2));
+    default: s.stencil = Stencil(below(3)); s.edges = Edges(below(*s.stencil == published_stencil ? 3 : 2));
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/scene_files.hpp"
 
+#include "host/lab/run/maps.hpp"
+
 #include <cstdio>
 #include <fstream>
 #include <sstream>

@@ -9,6 +9,10 @@
 
 namespace dermis::scene {
 
+// Stencil and edges of the published study, for scenes alone: dermis/scene.hpp.
+inline constexpr Stencil study_stencil{2};
+inline constexpr Edges study_edges{2};
+
 template <class Enum> struct Name {
     Enum value;
     const char* text;
@@ -27,8 +31,8 @@ DERMIS_NAMES(Quantity, {strain, "strain"}, {sa1, "sa1"}, {sa2, "sa2"}, {fa1, "fa
              {curvature, "curvature"}, {deformation, "deformation"}, {indentation, "indentation"}, {shear_x, "shear_x"},
              {shear_y, "shear_y"}, {stretch_x, "stretch_x"}, {stretch_y, "stretch_y"}, {stretch_xy, "stretch_xy"})
 DERMIS_NAMES(Precision, {f32, "f32"}, {f32_compensated, "f32-compensated"}, {f64, "f64"})
-DERMIS_NAMES(Stencil, {five_point, "five-point"}, {fourth_order, "fourth-order"}, {published, "published"})
-DERMIS_NAMES(Edges, {mirror, "mirror"}, {periodic, "periodic"}, {published, "published"})
+DERMIS_NAMES(Stencil, {five_point, "five-point"}, {fourth_order, "fourth-order"}, {study_stencil, "published"})
+DERMIS_NAMES(Edges, {mirror, "mirror"}, {periodic, "periodic"}, {study_edges, "published"})
 DERMIS_NAMES(Fa2, {point, "point"}, {step_mean, "step-mean"})
 DERMIS_NAMES(Signal, {strain, "strain"}, {stress, "stress"})
 DERMIS_NAMES(Receptors::Kernel, {stress, "stress"}, {strain, "strain"})

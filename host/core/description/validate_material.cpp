@@ -57,8 +57,8 @@ void check_chain(const Material& m, const Grid& grid) {
 }
 
 void check_edges(const SkinDescription& s) {
-    if (*s.edges != Edges::published) return;
-    if (*s.stencil != Stencil::published)
+    if (*s.edges != study_edges) return;
+    if (*s.stencil != study_stencil)
         refuse("curvature.edges", "\"published\"", "only with curvature.stencil = \"published\"");
     need(s.grid.width >= 2, "grid.width", s.grid.width, "at least 2 with the published edges");
     need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
@@ -133,7 +133,7 @@ void check_curvature_and_receptors(SkinDescription& s) {
     if (!s.stencil) s.stencil = Stencil::five_point;
     if (!s.edges) s.edges = Edges::mirror;
     check_edges(s);
-    if (!s.surface.curvature.empty() && (*s.stencil == Stencil::published || *s.edges == Edges::published))
+    if (!s.surface.curvature.empty() && (*s.stencil == study_stencil || *s.edges == study_edges))
         refuse("surface.curvature", "(given)", "none with the published stencil or edges");
     check_depths(s);
 }

@@ -148,7 +148,7 @@ SelfTest self_test(plan::Backend& backend) {
          {Kind{},
           {{.materials = true}, true},
           {{.stencil = Stencil::fourth_order, .edges = Edges::periodic, .precision = Precision::f32_compensated}, true},
-          {{.stencil = Stencil::published, .edges = Edges::published, .materials = true}},
+          {{.stencil = Stencil(STENCIL_PUBLISHED), .edges = Edges(EDGES_PUBLISHED), .materials = true}},
           {{.precision = Precision::f32_compensated, .chain = with_spring}, true},
           {{.stencil = Stencil::fourth_order, .edges = Edges::periodic, .materials = true, .chain = chain}}}) {
         kind.compare(test, backend);

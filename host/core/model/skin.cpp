@@ -2,6 +2,7 @@
 #include "host/core/model/skin.hpp"
 
 #include "host/core/base/pool.hpp"
+#include "host/core/description/names.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -127,9 +128,9 @@ void find_materials(PreparedSkin& skin) {
 }
 
 static_assert(int(Stencil::five_point) == STENCIL_FIVE_POINT && int(Stencil::fourth_order) == STENCIL_FOURTH_ORDER &&
-              int(Stencil::published) == STENCIL_PUBLISHED);
+              int(scene::study_stencil) == STENCIL_PUBLISHED);
 static_assert(int(Edges::mirror) == EDGES_MIRROR && int(Edges::periodic) == EDGES_PERIODIC &&
-              int(Edges::published) == EDGES_PUBLISHED);
+              int(scene::study_edges) == EDGES_PUBLISHED);
 static_assert(int(Quantity::strain) == QUANTITY_STRAIN && int(Quantity::sa1) == QUANTITY_SA1 &&
               int(Quantity::sa2) == QUANTITY_SA2 && int(Quantity::fa1) == QUANTITY_FA1 &&
               int(Quantity::fa2) == QUANTITY_FA2);

@@ -20,25 +20,13 @@ RunOptions options_of(const std::optional<string_view>& precision, bool check) {
     return options;
 }
 
-// materials: scenes of one cell, one for each material.
-std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>& materials, nb::handle device,
-                                      const std::optional<string_view>& precision, bool check, bool describe_each,
-                                      nb::handle progress) {
+RunOfScene run_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision, bool check,
+                     nb::handle progress) {
     RunOptions options = options_of(precision, check);
-    options.describe_each = describe_each;
-    std::vector<Material> wanted;
-    for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
-        scene::take_elements(wanted.emplace_back(scene.material), s->material); // lengths stay the scene's
     const SharedDevice on = device_of(device);
     Computing computing(on.in_use());
     options.progress = computing.progress(progress);
-    std::vector<Result> results = run(scene, wanted, on.device(), options);
-    std::vector<RunOfScene> runs;
-    for (size_t i = 0; i < results.size(); ++i) {
-        runs.push_back({scene, std::move(results[i])});
-        scene::take_elements(runs.back().scene.material, wanted[i]);
-    }
-    return runs;
+    return {scene, run(scene, on.device(), options)};
 }
 
 Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision) {
@@ -214,8 +202,8 @@ void bind_result(nb::module_& m) {
             "report", [](const RunOfScene& r) { return report(r.scene, r.result); },
             "Return the figures of the skin, with the ranges in which they are plausible.");
     add_figures(type);
-    m.def("run_materials", run_materials, nb::arg("scene"), nb::arg("materials"), nb::arg("device").none(),
-          nb::arg("precision").none(), nb::arg("check"), nb::arg("describe_each"), nb::arg("progress").none());
+    m.def("run", run_scene, nb::arg("scene"), nb::arg("device").none(), nb::arg("precision").none(), nb::arg("check"),
+          nb::arg("progress").none());
     bind_explanation(m);
 }
 

@@ -2,6 +2,7 @@
 // Scenes from texts, files, and maps and sites in memory.
 #include "host/lab/scenes/scene.hpp"
 #include "host/doors/python/pickle.hpp"
+#include "host/lab/run/maps.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/units.hpp"
 #include <nanobind/stl/variant.h>

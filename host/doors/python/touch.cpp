@@ -83,8 +83,8 @@ Column<int32_t> pads_in(nb::handle argument) {
 }
 
 contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::handle rotation, nb::handle pad,
-                             nb::handle position, nb::handle force, nb::handle radius, nb::handle ball,
-                             double modulus) {
+                                    nb::handle position, nb::handle force, nb::handle radius, nb::handle ball,
+                                    double modulus) {
     const Column<double> middles = column_in(middle, "middle", {{3}});
     const Column<double> axes = column_in(rotation, "rotation", {{3, 3}, {9}});
     const Column<int32_t> pads = pads_in(pad);

@@ -12,6 +12,7 @@
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
 #include "host/lab/run/collector.hpp"
+#include "host/lab/run/maps.hpp"
 #include "host/lab/run/witness.hpp"
 
 #include <algorithm>

@@ -46,8 +46,8 @@ void set_published(Scene& s) {
     if (s.receptors.fa2) refuse("receptors.fa2", "(given)", allowed);
     need(!s.receptors.sa2_adaptation, "receptors.sa2_adaptation", s.receptors.sa2_adaptation.value_or(0), allowed);
     if (has_depth(s.receptors)) refuse("receptors.depth", "(given)", allowed);
-    s.stencil = Stencil::published;
-    s.edges = Edges::published;
+    s.stencil = published_stencil;
+    s.edges = published_edges;
 }
 
 // Forward Euler of tau_a*y' = -y + tau_a*eps is stable up to dt = 2*tau_a. The other baselines have no formula for y.

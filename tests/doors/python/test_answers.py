@@ -153,7 +153,6 @@ ANSWERS = [
     (lambda: dermis.run(GRID, check="yes"), "check = 'yes'; allowed: True or False"),
     (lambda: dermis.run(GRID, chek=True), "chek = True; allowed: the arguments scene, device, precision, check, progress"),
     (lambda: dermis.run(GRID, progress=5), "progress = 5; allowed: a function or None"),
-    (lambda: dermis.run_materials(GRID, 5), "materials = 5; allowed: a list"),
     (lambda: dermis.sweep(GRID, 5), "values = 5; allowed: a dict"),
     (lambda: dermis.explain(GRID, precision=7), "precision = 7; allowed: a text or None"),
     (lambda: dermis.fingertip(5), "one more argument = 5; allowed: the arguments keys"),
@@ -360,14 +359,13 @@ def test_only_the_classes_whose_density_is_named_are_drawn():
     assert len({kind for kind, _, _ in dermis.fingertip(sites={"density": {}}).sites}) == 4
 
 
-def test_runs_over_materials_tell_their_progress_and_end_by_what_it_raises():
+def test_a_run_tells_its_progress_and_ends_by_what_that_raises():
     heard = []
-    materials = [{"modulus": m, "viscosity": 1.0} for m in (1.0, 2.0)]
-    dermis.run_materials(GRID, materials, progress=heard.append)
+    dermis.run(GRID, progress=heard.append)
     assert heard and heard[-1] == 1 and heard == sorted(heard)
 
     def stop(done):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        dermis.run_materials(GRID, materials, progress=stop)
+        dermis.run(GRID, progress=stop)

@@ -114,22 +114,30 @@ def test_other_threads_run_while_a_scene_does():
     assert beats > 3
 
 
-def test_several_materials_give_the_result_of_each():
+def test_a_sweep_over_materials_gives_the_result_of_each():
     scene = {**SCENE, "material": {"modulus": 2.0, "viscosity": 1.0}}
     materials = [dermis.Material(modulus=2.0, viscosity=1.0), {"modulus": 4.0, "viscosity": 1.0}]
-    soft, stiff = dermis.run_materials(scene, materials)
+    soft, stiff = (row["result"] for row in dermis.sweep(scene, {"material": materials}))
     np.testing.assert_array_equal(soft["strain"].mean, dermis.run(scene)["strain"].mean)
     alone = dermis.run({**scene, "material": materials[1]})
     np.testing.assert_array_equal(stiff["strain"].mean, alone["strain"].mean)
     assert [f.value for f in stiff.report().retardation_times] == [0.25]
-    assert dermis.run_materials(scene, []) == []
-    metric = dermis.fingertip(grid={"width": 30, "height": 20}, time={"duration": 0.05})
-    assert dermis.run_materials(metric, materials)[1]["sa1"].mean.tolist() == \
-        dermis.run(dermis.fingertip(grid={"width": 30, "height": 20}, time={"duration": 0.05},
-                                    material=materials[1]))["sa1"].mean.tolist()
+    assert dermis.sweep(scene, {"material": []}) == []
     with pytest.raises(dermis.Error) as caught:
-        dermis.run_materials(scene, [{"modulus": -1.0, "viscosity": 1.0}])
+        dermis.sweep(scene, {"material": [{"modulus": -1.0, "viscosity": 1.0}]})
     assert "modulus" in str(caught.value)
-    with pytest.raises(dermis.Error) as caught:
-        dermis.run_materials(scene, [{"modulus": 1.0, "viscosity": 1.0, "thickness": 2.0}])
-    assert caught.value.parameter == "materials[0].thickness"
+
+
+def test_names_that_have_gone_say_what_does_the_same():
+    from dermis import maps
+    for call, word in ((maps, '"deformation", "curvature"'), (dermis.run_materials, 'sweep(tables, {"material"')):
+        with pytest.raises(dermis.Error) as caught:
+            call(SCENE)
+        assert word in str(caught.value)
+    result = dermis.run({**SCENE, "output": {"fields": [{"at": 0, "what": ["deformation", "curvature"]}]}})
+    rest = dermis._core.maps(dermis.Scene(SCENE))
+    np.testing.assert_array_equal(result.fields["deformation", 0], rest["surface"])
+    np.testing.assert_array_equal(result.fields["curvature", 0], rest["rest_curvature"])
+    assert not {"maps", "run_materials"} & {*dir(dermis), *dermis.__all__}
+    with pytest.raises(AttributeError, match="no attribute 'map'"):
+        dermis.map

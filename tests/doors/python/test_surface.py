@@ -43,13 +43,13 @@ def loss(map, truth):
 @pytest.mark.parametrize("spacing", [20e-6, 50e-6])  # 50 um is 508 dpi
 @pytest.mark.parametrize("cell", [50e-6, 100e-6, 200e-6])
 def test_a_surface_with_its_own_spacing_keeps_its_curvature_on_coarse_cells(spacing, cell):
-    maps = dermis.maps(scene(cell, ridges(*places(spacing, SIDE + 2e-4)), spacing=spacing))
+    maps = dermis._core.maps(scene(cell, ridges(*places(spacing, SIDE + 2e-4)), spacing=spacing))
     truth = RELIEF * ridges_curvature(*places(cell))
     assert abs(loss(maps["rest_curvature"], truth)) < 0.01
     inner = (slice(4, -4), slice(4, -4))
     difference = maps["surface"] - RELIEF * ridges(*places(cell))
     assert np.abs(difference[inner]).max() < 0.01 * RELIEF
-    on_cells = dermis.maps(scene(cell, ridges(*places(cell))))["rest_curvature"]
+    on_cells = dermis._core.maps(scene(cell, ridges(*places(cell))))["rest_curvature"]
     assert loss(on_cells, truth) > {50e-6: 0.02, 100e-6: 0.09, 200e-6: 0.3}[cell]
 
 
@@ -60,11 +60,11 @@ def test_a_picture_is_heights_from_black_to_white_with_its_top_row_first(tmp_pat
     grey[0, 0], grey[8, 11] = 0, most
     Image.fromarray(grey).save(tmp_path / "print.png")
     tables = {"grid": {"width": 12, "height": 9}}
-    maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "white"}))
+    maps = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "white"}))
     np.testing.assert_array_equal(maps["surface"], grey / most)
-    dark = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "black"}))
+    dark = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "black"}))
     np.testing.assert_array_equal(dark["surface"], 1 - grey / most)
-    by_hand = dermis.maps(dermis.Scene(tables, surface={"path": grey / most}))
+    by_hand = dermis._core.maps(dermis.Scene(tables, surface={"path": grey / most}))
     np.testing.assert_array_equal(maps["rest_curvature"], by_hand["rest_curvature"])
 
 
@@ -75,7 +75,7 @@ def test_a_file_may_hold_numbers_of_any_type(tmp_path, kind):
     np.save(tmp_path / "map.npy", numbers)
     tables = {"grid": {"width": 12, "height": 9}}
     for path in (tmp_path / "map.npy", numbers):
-        maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": path}))
+        maps = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": path}))
         np.testing.assert_array_equal(maps["surface"], numbers.astype(float))
 
 
@@ -84,7 +84,7 @@ def test_half_floats_of_every_size_are_read(tmp_path):
     numbers = np.concatenate([numbers, numbers | 0x8000])[:124 * 102].view(np.float16).reshape(124, -1)
     np.save(tmp_path / "map.npy", numbers)
     tables = {"grid": {"width": numbers.shape[1], "height": 124}}
-    maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "map.npy"}))
+    maps = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "map.npy"}))
     np.testing.assert_array_equal(maps["surface"], numbers.astype(float))
 
 
@@ -94,7 +94,7 @@ def test_heights_in_metres_beside_the_relief_of_a_preset_are_refused():
     with pytest.raises(dermis.Error, match=r"surface.relief = \(not given\); allowed: 1 for heights in metres: these"):
         dermis.fingertip(grid=grid, surface={"path": heights})
     for relief in (1, 5e-5):
-        surface = dermis.maps(dermis.fingertip(grid=grid, surface={"path": heights, "relief": relief}))["surface"]
+        surface = dermis._core.maps(dermis.fingertip(grid=grid, surface={"path": heights, "relief": relief}))["surface"]
         np.testing.assert_allclose(surface, relief * heights)
     dermis.fingertip(grid=grid, surface={"path": heights / RELIEF})  # from 0 to 1
 
@@ -139,7 +139,7 @@ def test_a_skin_at_rest_has_the_measured_curvature():
     measured = scene(2e-4, ridges(*places(20e-6)), spacing=20e-6)
     skin = dermis.Skin(measured)
     skin.press(np.zeros((40, 40), np.float32), 1e-3)
-    np.testing.assert_array_equal(skin["curvature"], dermis.maps(measured)["rest_curvature"].astype(np.float32))
+    np.testing.assert_array_equal(skin["curvature"], dermis._core.maps(measured)["rest_curvature"].astype(np.float32))
 
 
 @pytest.mark.parametrize("surface, says", [
@@ -171,7 +171,7 @@ def test_what_has_no_spacing_is_refused_by_name(tmp_path):
 
 
 def flat(path, **keys):
-    return dermis.maps(dermis.Scene(grid={"width": 5, "height": 4}, surface={"kind": "file", "path": path, **keys}))
+    return dermis._core.maps(dermis.Scene(grid={"width": 5, "height": 4}, surface={"kind": "file", "path": path, **keys}))
 
 
 GREY = np.arange(20, dtype=np.uint8).reshape(4, 5) * 12
@@ -184,7 +184,7 @@ def test_which_grey_of_a_picture_is_high_is_asked_for(tmp_path, table, path):
     def read(name, **high):
         inner = {"path": tmp_path / name, **high}
         keys = {"texture": inner} if path.endswith("texture") else {"kind": "file", **inner}
-        return dermis.maps(dermis.Scene(grid={"width": 5, "height": 4}, **{table: keys}))
+        return dermis._core.maps(dermis.Scene(grid={"width": 5, "height": 4}, **{table: keys}))
     with pytest.raises(dermis.Error, match=rf'{path}.high = \(not given\); allowed: high = "white" or high = "black"'):
         read("print.png")
     with pytest.raises(dermis.Error, match=f'{path}.high = .grey.; allowed: "black", "white"'):
@@ -309,14 +309,14 @@ def test_a_picture_of_more_than_268_mb_is_refused_by_its_header(tmp_path):
 @pytest.mark.parametrize("white", [0.3, 0.7])  # share of the ridges
 def test_all_of_a_flat_crest_touches(white):
     ridges = (np.arange(80) % 10 < 10 * white) * np.ones((80, 1))
-    maps = dermis.maps(dermis.fingertip(grid={"width": 80, "height": 80, "spacing": 1e-4}, surface={"path": ridges},
+    maps = dermis._core.maps(dermis.fingertip(grid={"width": 80, "height": 80, "spacing": 1e-4}, surface={"path": ridges},
                                         load={"kind": "file", "path": np.ones((80, 80)), "contact": "crests",
                                               "contact_length": 1e-3}))
     pressure = maps["pressure"]
     assert (pressure[ridges == 0] == 0).all() and (pressure[ridges == 1] > 0.5 / white).all()
     assert pressure.sum() == pytest.approx(6400)
     with pytest.raises(dermis.Error, match='load.contact = "crests"; allowed: "even" on a flat surface'):
-        dermis.maps(dermis.fingertip(surface={"kind": "flat"}, load={"contact": "crests", "contact_length": 1e-3}))
+        dermis._core.maps(dermis.fingertip(surface={"kind": "flat"}, load={"contact": "crests", "contact_length": 1e-3}))
 
 
 def test_maps_in_the_order_of_fortran_are_read(tmp_path):

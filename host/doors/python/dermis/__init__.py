@@ -22,7 +22,7 @@ import operator
 import os
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Union
+from typing import Any, NoReturn, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,13 +37,29 @@ from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, 
 from ._toml import overrides_of, pairs_of, text_of, without_rows
 
 __version__ = _core.version
+_GONE = {
+    "maps": 'run() with output={"fields": [{"at": 0, "what": ["deformation", "curvature"]}]}, the surface and its '
+            "curvature at rest",
+    "run_materials": 'sweep(tables, {"material": materials}), whose rows have the results',
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _GONE:
+        raise AttributeError(f"module 'dermis' has no attribute {name!r}")
+
+    def gone(*_: Any, **__: Any) -> NoReturn:
+        raise Error("bad_input", name, f"dermis.{name} has gone; use {_GONE[name]}")
+
+    return gone
+
 
 __all__ = [
     "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
     "Fit", "Grid", "Impulse", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report",
     "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model", "chain_of",
-    "commit", "contact", "explain", "fingertip", "fit", "fit_creep", "fit_histories", "fit_relaxation", "maps",
-    "mujoco_plugin", "plot", "relaxation_of", "run", "run_materials", "sweep",
+    "commit", "contact", "explain", "fingertip", "fit", "fit_creep", "fit_histories", "fit_relaxation",
+    "mujoco_plugin", "plot", "relaxation_of", "run", "sweep",
 ]
 
 
@@ -203,22 +219,7 @@ def run(scene: AnyScene, device: Device | str | None = None, *, precision: str |
     on the other backend too and compare all bits. progress: called some times a second with the fraction done, 0..1; what
     it raises ends the run. Other Python threads run meanwhile, and Ctrl-C ends the run.
     """
-    given = _scene_of(scene)
-    return _core.run_materials(given, [given], device, precision, check, False, progress)[0]
-
-
-@answered
-def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Device | str | None = None, *,
-                  precision: str | None = None, check: bool = False, describe_each: bool = False,
-                  progress: Callable[[float], object] | None = None) -> list[Result]:
-    """Run a scene with each of these materials in place of its own, and return a result of each.
-
-    materials: without thickness and curvature_length, which stay the scene's. All models except march read the maps
-    once. describe_each: whether greatest_curvature and other figures of the whole skin are each run's own, at the cost
-    of a pass over all cells; otherwise all have the first run's. The other arguments are as in run.
-    """
-    scenes = [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)]
-    return _core.run_materials(_scene_of(scene), scenes, device, precision, check, describe_each, progress)
+    return _core.run(_scene_of(scene), device, precision, check, progress)
 
 
 @answered
@@ -291,15 +292,6 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
 def explain(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None) -> Explanation:
     """Say how run() would compute a scene, like a database's EXPLAIN. Nothing is run."""
     return _core.explain(_scene_of(scene), device, precision)
-
-
-@answered
-def maps(scene: AnyScene) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
-    """Return the maps that a scene is made of, float64 of shape (height, width).
-
-    "surface" (m with a spacing), "rest_curvature" (1/m) and "pressure" (Pa, where the envelope is 1).
-    """
-    return _core.maps(_scene_of(scene))
 
 
 @answered
