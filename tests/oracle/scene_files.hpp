@@ -8,7 +8,7 @@
 
 namespace oracle {
 
-// Writes scene.toml, its maps, its frames and its list of sites into a folder, which is made where it is missing.
+// Writes scene.toml, its maps and its frames into a folder, which is made where it is missing.
 void write_case(const Case&, const std::filesystem::path& folder);
 // Reads a scene of any kind of surface and load, with its maps.
 Case read_case(const std::filesystem::path& scene);

@@ -36,7 +36,8 @@ template <>
 inline constexpr auto rows<Surface> = std::tuple{
     Key{"kind", &Surface::kind, "", no_range, "", "the heights of the skin"},
     Key{"path", Special{"MapOrFile"}, "", no_range, "required with \"file\"", "a map of heights, in units of relief"},
-    Key{"high", Special{"str"}, "", no_range, "required with a PNG", "the grey of the picture that is high"},
+    Key{"high", Special{"Literal[\"black\", \"white\"]"}, "", no_range, "required with a PNG",
+        "the grey of the picture that is high"},
     Key{"spacing", Special{"NumberWithUnit"}, "m", positive, "the grid's", "from number to number of the file"},
     Key{"ridges", &Surface::ridges, "", number, "wave 15, spiral 25", "how many ridges", of_ridges},
     Key{"ridge_period", &Surface::ridge_period, "m", positive, "none", "from crest to crest, in place of ridges"},

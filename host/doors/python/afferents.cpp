@@ -18,12 +18,6 @@ template <class Made, class Items> Made row_of(const Items& items) {
 }
 using PairRow = Row<nb::typed<nb::tuple, double, double>>;
 
-struct CellRows : nb::object {
-    NB_OBJECT_DEFAULT(CellRows, nb::object,
-                      "collections.abc.Sequence[collections.abc.Sequence[int]] | numpy.typing.NDArray[numpy.integer]",
-                      is_row)
-};
-
 Gains gains_in(const Pairs& pairs) {
     Gains gains{};
     if (!nb::try_cast(pairs, gains))
@@ -113,7 +107,7 @@ void bind_afferents(nb::module_& m) {
         .def(Pickled())
         .def(
             "__init__",
-            [](Afferents* self, string_view type, const AfferentModel* model, const CellRows& cells, string_view follow,
+            [](Afferents* self, string_view type, const AfferentModel* model, const Items& cells, string_view follow,
                int endings) {
                 Afferents made{.type = value_named<Quantity>("type", type),
                                .model = {},
@@ -127,9 +121,16 @@ void bind_afferents(nb::module_& m) {
                 new (self) Afferents(std::move(made));
             },
             nb::kw_only(), nb::arg("type") = "sa1", nb::arg("model").none() = nb::none(),
-            nb::arg("cells") = nb::tuple(), nb::arg("follow") = "strain", nb::arg("endings") = 1)
+            nb::arg("cells") = nb::tuple(), nb::arg("follow") = "strain", nb::arg("endings") = 1,
+            nb::sig("def __init__(self, *, type: dermis._typing.ReceptorType = \"sa1\", "
+                    "model: AfferentModel | None = None, "
+                    "cells: collections.abc.Sequence[collections.abc.Sequence[int]] | "
+                    "numpy.typing.NDArray[numpy.integer] = (), "
+                    "follow: dermis._typing.Signal = \"strain\", endings: int = 1) -> None"))
         .def_prop_ro(
-            "type", [](const Afferents& a) { return name(a.type); }, "The class, \"sa1\", \"sa2\", \"fa1\" or \"fa2\".")
+            "type", [](const Afferents& a) { return name(a.type); },
+            nb::sig("def type(self) -> dermis._typing.ReceptorType"),
+            "The class, \"sa1\", \"sa2\", \"fa1\" or \"fa2\".")
         .def_prop_ro(
             "model", [](const Afferents& a) { return a.model ? &*a.model : nullptr; },
             nb::rv_policy::reference_internal, nb::sig("def model(self) -> AfferentModel | None"),
@@ -145,6 +146,7 @@ void bind_afferents(nb::module_& m) {
             "class.")
         .def_prop_ro(
             "follow", [](const Afferents& a) { return scene::text_of(a.follow); },
+            nb::sig("def follow(self) -> dermis._typing.Signal"),
             "What q is: \"strain\" of the cell, or \"stress\": its pressure over the modulus at which it comes to "
             "rest.")
         .def_ro("endings", &Afferents::endings,
@@ -152,7 +154,7 @@ void bind_afferents(nb::module_& m) {
                 "fibre.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
-        nb::arg("type"),
+        nb::arg("type"), nb::sig("def afferent_model(type: dermis._typing.ReceptorType) -> AfferentModel"),
         "Return the parameters of a class, fitted to published thresholds and rates. type: \"sa1\", \"fa1\" or "
         "\"fa2\".");
 }

@@ -9,22 +9,6 @@
 
 namespace dermis::python {
 
-// An argument that is accepted when nanobind goes through the overloads for the last time, with conversions.
-struct LastResort {
-    nb::handle given;
-};
-
-} // namespace dermis::python
-
-template <> struct nanobind::detail::type_caster<dermis::python::LastResort> {
-    NB_TYPE_CASTER(dermis::python::LastResort, const_name("object"))
-    bool from_python(handle given, uint32_t flags, cleanup_list*) noexcept {
-        value.given = given;
-        return flags & cast_flags::convert;
-    }
-};
-
-namespace dermis::python {
 namespace {
 
 constexpr const char* codes[] = {"bad_input", "no_device", "device", "io", "no_memory"}; // by Error::Code
@@ -36,14 +20,15 @@ nb::object str_of(string_view text) {
     return str;
 }
 
-// Raises MemoryError or dermis.Error in place of a dermis::Error, and MemoryError where this module itself had no
-// memory. Other exceptions are nanobind's to translate.
+// Raises MemoryError, dermis.InputError or dermis.Error in place of a dermis::Error, and MemoryError where this module
+// itself had no memory. Other exceptions are nanobind's to translate.
 void translate(const std::exception_ptr& thrown, void*) {
     try {
         std::rethrow_exception(thrown);
     } catch (const Error& e) {
         if (e.code() == Error::Code::no_memory) return PyErr_SetString(PyExc_MemoryError, e.what());
-        const nb::object type = nb::module_::import_("dermis._error").attr("Error");
+        const bool is_input = e.code() == Error::Code::bad_input;
+        const nb::object type = nb::module_::import_("dermis._error").attr(is_input ? "InputError" : "Error");
         const nb::tuple arguments = nb::make_tuple(codes[size_t(e.code())], str_of(e.parameter()), str_of(e.what()));
         PyErr_SetObject(type.ptr(), arguments.ptr());
     } catch (const std::bad_alloc&) {
@@ -84,20 +69,20 @@ nb::object capsule_of(nb::handle argument) {
     return capsule.is_none() ? result_of(method) : capsule;
 }
 
-// Gives a function an overload that calls `refuse` with what its others do not take: the first argument, Ellipsis where
-// there is none, the others, those by name, and the object. signature: how it stands in the function's help.
-void answer(const nb::object& scope, const char* signature, const char* doc, bool is_method, const nb::object& refuse) {
-    const auto call = [refuse](LastResort first, const nb::args& rest, const nb::kwargs& named) {
-        refuse(first.given, rest, named);
+// Puts a function into a scope that calls `function`. Where that raises a TypeError it calls `refuse` with the error,
+// the arguments by name and the others, which may raise what says more. signature, doc: how it stands in help.
+void answer(const nb::object& scope, const char* signature, const char* doc, bool is_method, const nb::object& function,
+            const nb::object& refuse) {
+    const auto call = [function, refuse](const nb::args& given, const nb::kwargs& named) {
+        PyObject* result = PyObject_Call(function.ptr(), given.ptr(), named.ptr());
+        if (result) return nb::steal(result);
+        nb::python_error error;
+        if (error.matches(PyExc_TypeError)) refuse(error.value(), named, *given);
+        throw error;
     };
-    const auto call_method = [refuse](nb::handle self, LastResort first, const nb::args& rest,
-                                      const nb::kwargs& named) { refuse(first.given, rest, named, self); };
     const nb::scope in(scope);
-    const nb::sig help(signature);
-    const auto first = nb::arg("").none() = nb::ellipsis();
-    const nb::arg rest("rest"), named("named");
-    if (is_method) nb::cpp_function_def(call_method, in, help, doc, nb::is_method(), first, rest, named);
-    else nb::cpp_function_def(call, in, help, doc, first, rest, named);
+    if (is_method) nb::cpp_function_def(call, in, nb::sig(signature), doc, nb::is_method());
+    else nb::cpp_function_def(call, in, nb::sig(signature), doc);
 }
 
 // value: Ellipsis where it is not given.
@@ -233,7 +218,7 @@ NB_MODULE(_core, m) {
     bind_touch(m);
     m.def("memory_at_hand", memory_at_hand, nb::arg("root"));
     m.def("answer", answer, nb::arg("scope"), nb::arg("signature"), nb::arg("doc"), nb::arg("is_method"),
-          nb::arg("refuse"));
+          nb::arg("function"), nb::arg("refuse"));
     m.def("refuse", refuse, nb::arg("parameter"), nb::arg("value").none(), nb::arg("allowed"),
           nb::sig("def refuse(parameter: str, value: object, allowed: str) -> typing.NoReturn"));
 }

@@ -12,12 +12,14 @@ nanobind_add_module(dermis_python STABLE_ABI NB_STATIC
     host/doors/python/result.cpp
     host/doors/python/scene.cpp
     host/doors/python/skin.cpp
+    host/doors/python/skin_arguments.cpp
     host/doors/python/touch.cpp)
 set_target_properties(dermis_python PROPERTIES OUTPUT_NAME _core)
 target_link_libraries(dermis_python PRIVATE ${dermis_objects} dermis_options)
 nanobind_add_stub(dermis_python_stub
     MODULE _core
     OUTPUT ${DERMIS_GENERATED}/_core.pyi
+    INCLUDE_PRIVATE
     PYTHON_PATH $<TARGET_FILE_DIR:dermis_python>
     DEPENDS dermis_python)
 # Its keyword objects for the tables of a scene are written from the list of keys.

@@ -178,11 +178,14 @@ void bind_result(nb::module_& m) {
                 return r.result.trace(value_named<Quantity>("quantity", quantity, allowed));
             },
             nb::rv_policy::reference_internal, nb::arg("quantity"),
+            nb::sig("def __getitem__(self, quantity: dermis._typing.OfTrace) -> Trace"),
             "The trace of a quantity of output.traces: \"strain\", \"sa1\", \"sa2\", \"fa1\", \"fa2\", ..")
-        .def("keys", trace_names, "The quantities that have traces.")
+        .def("keys", trace_names, nb::sig("def keys(self) -> list[dermis._typing.OfTrace]"),
+             "The quantities that have traces.")
         .def("__contains__", has_trace, nb::arg("quantity"))
-        .def("__iter__",
-             [](const RunOfScene& r) { return nb::typed<nb::iterator, nb::str>(nb::iter(nb::cast(trace_names(r)))); })
+        .def(
+            "__iter__", [](const RunOfScene& r) { return nb::iter(nb::cast(trace_names(r))); },
+            nb::sig("def __iter__(self) -> collections.abc.Iterator[dermis._typing.OfTrace]"))
         .def("__len__", [](const RunOfScene& r) { return r.result.traces.size(); })
         .def_prop_ro("fields", fields_of,
                      "The fields of output.fields by (quantity, time in s), float64 of shape (height, width) each.")

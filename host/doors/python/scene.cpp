@@ -5,7 +5,7 @@
 #include "host/lab/run/maps.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/units.hpp"
-#include <nanobind/stl/variant.h>
+#include "host/lab/scenes/write_rows.hpp"
 
 namespace dermis::python {
 namespace {
@@ -14,23 +14,7 @@ using MapArray = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::devi
 using MapArrays = std::map<std::string, MapArray>;
 using NamedSite = std::tuple<const char*, int, int>; // type, x, y
 using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
-using Place = std::variant<int, string_view>; // a cell, or a length with its unit
-using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, Place, Place>>;
 using Fibres = Sequence<Afferents>;
-
-int cell_of(const Place& place, const Grid& grid) {
-    if (const int* cell = std::get_if<int>(&place)) return *cell;
-    const std::string text(std::get<string_view>(place));
-    return scene::cells_of(text, "sites", "\"" + text + "\"", grid, scene::cell_at);
-}
-
-std::vector<Site> sites_named(const NamedSites& named, const Grid& grid) {
-    std::vector<Site> sites;
-    const char* allowed = "a list of (type, x, y), as in [(\"sa1\", 12, 40)]";
-    for (const auto& [type, x, y] : items_of<std::tuple<string_view, Place, Place>>(named, "sites", allowed))
-        sites.push_back({value_named<Quantity>("sites", type), {cell_of(x, grid), cell_of(y, grid)}});
-    return sites;
-}
 
 MapArrays arrays_of(const NamedMaps& named) {
     MapArrays arrays;
@@ -39,8 +23,8 @@ MapArrays arrays_of(const NamedMaps& named) {
 }
 
 // The text is one that the package made: its lines mean nothing to a user.
-Scene scene_of(string_view text, const NamedMaps& named, const std::optional<NamedSites>& sites,
-               const std::optional<Fibres>& fibres, const std::vector<std::string>& overrides) {
+Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Fibres>& fibres,
+               const std::vector<std::string>& overrides) {
     const MapArrays arrays = arrays_of(named);
     scene::NamedMaps maps;
     for (const auto& [name, map] : arrays)
@@ -50,7 +34,6 @@ Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Nam
     try {
         return scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps, nullptr,
                                  [&](Scene& scene) {
-                                     if (sites) scene.sites = sites_named(*sites, scene.grid);
                                      if (fibres) scene.afferents = afferents_in(*fibres);
                                  })
             .scene;
@@ -85,6 +68,62 @@ std::vector<NamedSite> sites_of(const Scene& scene) {
     std::vector<NamedSite> named;
     for (const Site& site : scene.sites) named.emplace_back(name(site.type), site.cell.x, site.cell.y);
     return named;
+}
+
+// Tables of a scene as Python's objects. Maps are views of numbers that live as long as the view.
+struct ObjectSink {
+    using Value = nb::object;
+    template <class T> Value value(const T& x) { return nb::cast(x); }
+    Value value(const std::string& text) { // maybe a path
+        return nb::steal(PyUnicode_DecodeFSDefaultAndSize(text.data(), Py_ssize_t(text.size())));
+    }
+    Value list(const std::vector<Value>& items) {
+        nb::list all;
+        for (const Value& item : items) all.append(item);
+        return all;
+    }
+    template <class T> Value table(const T& of, const scene::Pairs<ObjectSink>& pairs) {
+        if constexpr (std::is_same_v<T, KelvinVoigt>)
+            if (of.modulus_map.empty() && of.viscosity_map.empty()) return nb::cast(of);
+        return dict_of(pairs);
+    }
+    Value map(const std::string&, const Map& map, int width, int height) {
+        const nb::capsule owner(new Map(map), [](void* p) noexcept { delete static_cast<Map*>(p); });
+        return nb::cast(view(map.data(), {size_t(height), size_t(width)}, owner));
+    }
+    static nb::dict dict_of(const scene::Pairs<ObjectSink>& pairs) {
+        nb::dict dict;
+        for (const auto& [key, value] : pairs) dict[key.c_str()] = value;
+        return dict;
+    }
+};
+
+// The tables of a scene that Python has as objects, but sites and afferents, which it has as lists.
+constexpr const char* tables[] = {"grid", "surface", "material", "load", "time", "curvature", "receptors", "output"};
+
+// Returns a table as its class in the package, which has the table's name as a title; of several loads a list.
+nb::object table_of(const Scene& scene, const std::string& name) {
+    std::string title = name;
+    title[0] = char(title[0] - 'a' + 'A');
+    const nb::object made = nb::module_::import_("dermis._tables").attr(title.c_str());
+    nb::list all;
+    ObjectSink sink;
+    for (const auto& [table, pairs] : scene::tables_of(sink, scene))
+        if (table == name) all.append(made(**ObjectSink::dict_of(pairs)));
+    return all.size() == 1 ? nb::object(all[0]) : all;
+}
+
+std::string toml_of(const Scene& scene, nb::handle folder) {
+    const auto& [text, maps] = scene::written(scene);
+    ObjectSink sink;
+    for (const auto& [name, map] : maps) {
+        if (folder.is_none())
+            scene::refuse(name.substr(0, name.rfind('.')), "a map in memory",
+                          "in a text: the name of a file; to_toml(folder) writes each map into a folder");
+        const nb::object path = nb::module_::import_("os.path").attr("join")(folder, name.c_str());
+        nb::module_::import_("numpy").attr("save")(path, sink.map(name, map.values, map.width, map.height));
+    }
+    return text;
 }
 
 // A scene that means the same in another folder and in another process, which both need the file of a sequence.
@@ -123,12 +162,11 @@ void bind_scene(nb::module_& m) {
             nb::arg("text"), nb::arg("folder"), nb::arg("overrides"))
         .def(
             "__init__",
-            [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<NamedSites>& sites,
-               const std::optional<Fibres>& afferents, const Sequence<nb::str>& overrides) {
-                new (self) Scene(movable(scene_of(text, maps, sites, afferents, texts_in(overrides))));
+            [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<Fibres>& afferents,
+               const Sequence<nb::str>& overrides) {
+                new (self) Scene(movable(scene_of(text, maps, afferents, texts_in(overrides))));
             },
-            nb::arg("text"), nb::arg("maps"), nb::arg("sites").none(), nb::arg("afferents").none(),
-            nb::arg("overrides"))
+            nb::arg("text"), nb::arg("maps"), nb::arg("afferents").none(), nb::arg("overrides"))
         .def(
             "__init__",
             [](Scene* self, const nb::bytes& path, const Sequence<nb::str>& overrides) {
@@ -142,9 +180,24 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro(
             "spacing", [](const Scene& s) { return s.grid.spacing; },
             "Metres between cells; None in a scene without dimensions.")
-        .def_prop_ro("sites", sites_of, "The receptors as (type, x, y), in the order of their responses.")
+        .def_prop_ro("sites", sites_of,
+                     nb::sig("def sites(self) -> list[tuple[dermis._typing.ReceptorType, int, int]]"),
+                     "The receptors as (type, x, y), in the order of their responses.")
         .def_prop_ro(
             "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");
+    for (const std::string name : tables) {
+        const std::string title = char(name[0] - 'a' + 'A') + name.substr(1), module = "dermis._tables.";
+        const std::string made = module + title + (name == "load" ? " | list[" + module + title + "]" : "");
+        type.def_prop_ro(
+            name.c_str(), [name](const Scene& scene) { return table_of(scene, name); },
+            nb::sig(("def " + name + "(self) -> " + made).c_str()), ("The table [" + name + "].").c_str());
+    }
+    type.def(
+        "to_toml", toml_of, nb::arg("folder").none() = nb::none(),
+        nb::sig("def to_toml(self, folder: str | os.PathLike[str] | None = None) -> str"),
+        "Return the scene as a text of TOML, from which Scene.from_string(text, folder=folder) reads an equal one.\n\n"
+        "folder: where each map is written as a file of NumPy, under the name that the text gives it. None: a scene\n"
+        "with a map is refused. So is what no text says: heights that were read with a spacing of their own.");
     m.def(
         "unit_of_key", [](string_view key) { return scene::unit_of_key(std::string(key)); }, nb::arg("key"));
     m.def(

@@ -2,6 +2,7 @@
 // Skins pressed frame by frame: arrays in, views out.
 #include "host/core/description/element.hpp"
 #include "host/doors/python/pickle.hpp"
+#include "host/doors/python/skin_arguments.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 
 #include <algorithm>
@@ -10,197 +11,6 @@
 
 namespace dermis::python {
 namespace {
-
-// A skin, and what it was made of: the shapes of its arrays follow from it, and a copy is made of it. Materials are
-// those that the pads have now.
-struct SkinWithShapes {
-    std::shared_ptr<std::recursive_mutex> in_use; // one thread at a time may use a skin
-    SharedDevice device;
-    std::vector<int> leading; // lengths of the axes of pads; empty: arrays have none
-    Scene scene;
-    SkinOptions options;
-    std::optional<Skin> skin; // never empty before the destructor, which uses a Vulkan device too
-
-    ~SkinWithShapes() {
-        const Computing computing(in_use.get());
-        skin.reset();
-    }
-};
-
-template <class Array> bool has_shape(const Array& array, const std::vector<size_t>& shape) {
-    bool same = array.ndim() == shape.size();
-    for (size_t i = 0; same && i < shape.size(); ++i) same = array.shape(i) == shape[i];
-    return same;
-}
-
-// The numbers of the pads that an argument names. None: all pads. A list or an array of integers: these numbers. An
-// array of bools, one for each pad: the pads where it is true. Pads of several axes are named by an index of these.
-class PadNumbers {
-  public:
-    PadNumbers(nb::handle argument, const std::vector<int>& axes) : shape_(axes.begin(), axes.end()) {
-        if (argument.is_none()) return;
-        all_ = false;
-        nb::object named = nb::borrow(argument);
-        if (axes.size() > 1) {
-            const nb::object places = nb::module_::import_("dermis._arrays").attr("places_of")(named, axes);
-            shape_ = nb::cast<std::vector<size_t>>(places.attr("shape"));
-            named = places.attr("ravel")();
-        }
-        const int count = axes.empty() ? 1 : axes[0];
-        const std::optional<AnyArray> array = array_in(named);
-        if (array ? !take(*array, count) : !take(named))
-            scene::refuse("pads", description_of(argument),
-                          "integers, or an array of " + std::to_string(count) + " bools, one for each pad");
-        if (axes.size() == 1) shape_ = {numbers_.size()};
-    }
-    Pads pads() const { return all_ ? Pads() : Pads(numbers_); }
-    const std::vector<size_t>& shape() const { return shape_; } // of an array with one item for each of these pads
-
-  private:
-    bool take(const AnyArray& array, int count) {
-        if (array.ndim() != 1) return false;
-        if (array.dtype() == nb::dtype<bool>())
-            return array.size() == size_t(count) && is_dense(array) &&
-                   take_mask(static_cast<const bool*>(array.data()), count);
-        if (array.size() == 0) return true; // even of doubles: what NumPy makes of an empty list
-        return take_as_one_of<int64_t, int32_t, int16_t, int8_t, uint64_t, uint32_t, uint16_t, uint8_t>(array);
-    }
-    template <class... Integers> bool take_as_one_of(const AnyArray& array) {
-        return (take_as<Integers>(array) || ...);
-    }
-    bool take_mask(const bool* mask, int count) {
-        for (int i = 0; i < count; ++i)
-            if (mask[i]) numbers_.push_back(i);
-        return true;
-    }
-    template <class Integer> bool take_as(const AnyArray& array) {
-        if (array.dtype() != nb::dtype<Integer>()) return false;
-        const auto numbers = array.view<const Integer, nb::ndim<1>>();
-        for (size_t i = 0; i < numbers.shape(0); ++i) numbers_.push_back(pad((long long)(numbers(i))));
-        return true;
-    }
-    // A bool is an integer in Python, but a list of them is meant as a mask.
-    bool take(nb::handle argument) {
-        if (!is_row(argument)) return false;
-        for (nb::handle item : nb::borrow<nb::sequence>(argument)) {
-            long long number = 0;
-            if (PyBool_Check(item.ptr()) || !nb::try_cast(item, number)) return false;
-            numbers_.push_back(pad(number));
-        }
-        return true;
-    }
-    static int pad(long long number) {
-        if (int(number) != number) scene::refuse("pads", std::to_string(number), "numbers of pads, from 0 on");
-        return int(number);
-    }
-
-    bool all_ = true;
-    std::vector<int> numbers_;
-    std::vector<size_t> shape_;
-};
-
-// The shape of pressures and of the responses of cells.
-std::vector<size_t> shape_of(const SkinWithShapes& s, const PadNumbers& pads) {
-    std::vector<size_t> shape = pads.shape();
-    shape.push_back(size_t(s.scene.grid.height));
-    shape.push_back(size_t(s.scene.grid.width));
-    return shape;
-}
-
-// The shape of a response's numbers.
-std::vector<size_t> shape_of(const SkinWithShapes& s, const Skin::Response& response) {
-    if (s.scene.sites.empty()) return shape_of(s, {nb::none(), s.leading});
-    std::vector<size_t> shape(s.leading.begin(), s.leading.end());
-    shape.push_back(response.size / size_t(s.skin->count()));
-    return shape;
-}
-
-// The steps of a press, one for each pad: in a row, or an array with the axes of pads.
-std::vector<double> steps_in(const SkinWithShapes& s, nb::handle dt, const PadNumbers& pads) {
-    std::vector<size_t> axes = shape_of(s, pads), given;
-    axes.resize(axes.size() - 2);
-    const std::string allowed = "seconds, or an array of them, one for each pad, of shape " + shape_text(axes);
-    nb::object row = nb::borrow(dt);
-    if (nb::hasattr(dt, "ravel") && !is_masked(dt)) {
-        row = dt.attr("ravel")();
-        given = nb::cast<std::vector<size_t>>(dt.attr("shape"));
-    }
-    if (!is_row(row) || (given.size() > 1 && given != axes)) scene::refuse("dt", description_of(dt), allowed);
-    return items_of<double>(row, "dt", allowed.c_str());
-}
-
-// Returns the numbers as they stand in memory: nothing is converted. Pressures may also be one row. first: what a
-// further axis before all counts, "frames", of any number, or "2", the directions of tractions.
-AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads,
-                     const char* parameter = "pressure", const std::string& first = "") {
-    std::vector<size_t> shape = shape_of(s, pads);
-    std::string allowed = shape_text(shape);
-    size_t size = 1;
-    for (size_t n : shape) size *= n;
-    std::optional<AnyArray> array = array_in(argument);
-    const bool floats = array && array->dtype() == nb::dtype<float>();
-    if (!first.empty()) {
-        shape.insert(shape.begin(), first == "2" ? 2 : floats && array->ndim() > 0 ? array->shape(0) : 1);
-        allowed = "(" + first + ", " + allowed.substr(1);
-    }
-    if (!floats || !is_dense(*array) || !(has_shape(*array, shape) || (first.empty() && has_shape(*array, {size}))))
-        scene::refuse(parameter, description_of(argument), "float32 array in C order, of shape " + allowed + " in Pa");
-    return std::move(*array);
-}
-
-// Arrays to be filled with responses.
-using Outputs = std::vector<std::pair<Skin::Response, nb::ndarray<float, nb::device::cpu>>>;
-
-// The responses that a skin gives.
-std::vector<Quantity> responses_of(const SkinWithShapes& s) {
-    if (s.scene.sites.empty()) return s.options.responses;
-    std::vector<Quantity> classes;
-    for (const Site& site : s.scene.sites)
-        if (std::find(classes.begin(), classes.end(), site.type) == classes.end()) classes.push_back(site.type);
-    return classes;
-}
-
-// Returns the response of that name. It must be one of these, which the skin has.
-Skin::Response response_of(const SkinWithShapes& s, nb::handle named, const std::vector<Quantity>& these) {
-    string_view asked;
-    nb::try_cast(named, asked);
-    std::string allowed;
-    for (Quantity q : these) {
-        if (asked == name(q)) {
-            const Computing computing(s.in_use.get());
-            return s.skin->response(q);
-        }
-        allowed += (allowed.empty() ? "\"" : ", \"") + std::string(name(q)) + "\"";
-    }
-    scene::refuse("response", description_of(named), allowed);
-}
-
-[[noreturn]] void refuse_output(nb::handle argument, const std::vector<size_t>& shape) {
-    const std::optional<AnyArray> array = array_in(argument);
-    const bool read_only =
-        array && array->dtype() == nb::dtype<float>() && is_dense(*array) && has_shape(*array, shape);
-    scene::refuse("out", (read_only ? "read-only " : "") + description_of(argument),
-                  "float32 array in C order that can be written, of shape " + shape_text(shape));
-}
-
-Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
-    Outputs outputs;
-    if (out.is_none()) return outputs;
-    if (!PyDict_Check(out.ptr()))
-        scene::refuse("out", description_of(out), "a dict of arrays by the names of responses");
-    for (const auto& [named, argument] : nb::borrow<nb::dict>(out)) {
-        auto& [response, array] =
-            outputs.emplace_back(response_of(s, named, responses_of(s)), nb::ndarray<float, nb::device::cpu>());
-        if (!nb::try_cast(readable(argument), array, false) || !is_dense(array) ||
-            !has_shape(array, shape_of(s, response)))
-            refuse_output(argument, shape_of(s, response));
-    }
-    return outputs;
-}
-
-void fill(const Outputs& outputs) {
-    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
-}
 
 void press_touch(SkinWithShapes& s, const SharedTouch& shared, nb::handle dt, nb::handle pads, nb::handle out) {
     double step = 0;
@@ -447,6 +257,8 @@ std::string text_of(const SkinWithShapes& s) {
     return text + ", " + s.device.device().info().name + ">";
 }
 
+} // namespace
+
 void write(Writer& writer, const SkinWithShapes& s) {
     const Computing computing(s.in_use.get());
     std::string state(s.skin->state_bytes(), '\0');
@@ -465,8 +277,6 @@ void make(SkinWithShapes* self, Reader& reader) {
     make_on(self, device, leading, scene, options, state);
 }
 
-} // namespace
-
 void bind_skin(nb::module_& m) {
     nb::class_<SkinWithShapes>(m, "Skin", "A skin, or a batch of them, pressed frame by frame.")
         .def(Pickled())
@@ -476,6 +286,9 @@ void bind_skin(nb::module_& m) {
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
             nb::arg("out").none() = nb::none(), nb::arg("traction").none() = nb::none(),
+            nb::sig("def press(self, pressure: dermis._typing.AnyArray | Touch, dt: dermis._typing.Numbers, "
+                    "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None, "
+                    "traction: dermis._typing.AnyArray | None = None) -> None"),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
             "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied. With control \"depth\" it "
@@ -495,16 +308,21 @@ void bind_skin(nb::module_& m) {
             "handler may press, change or save a skin in its press.")
         .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
+             nb::sig("def press_frames(self, pressure: dermis._typing.AnyArray, dt: float, "
+                     "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None) -> None"),
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
              "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
              "All frames are checked before one is pressed. pads and out: as in press.")
         .def("press_cells", press_cells, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
+             nb::sig("def press_cells(self, pressure: dermis._typing.AnyArray, dt: float, "
+                     "pads: dermis._typing.Pads | None = None) -> None"),
              "Press the skin with the pressures of cells alone, float32, for each pad that is pressed.\n\n"
              "The same as press, to the bit, in a time that depends on these cells and not on the grid.")
         .def_prop_ro(
             "cells", [](const SkinWithShapes& s) { return s.skin->cells(); },
             "The cells whose pressure the skin needs, y*width + x: where there are sites, the cells that they read.")
-        .def("__getitem__", response, nb::sig("def __getitem__(self, response: str) -> NDArray[numpy.float32]"),
+        .def("__getitem__", response,
+             nb::sig("def __getitem__(self, response: dermis._typing.OfSkin) -> numpy.typing.NDArray[numpy.float32]"),
              nb::arg("response").none(),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
              "first.\n\n"
@@ -513,19 +331,24 @@ void bind_skin(nb::module_& m) {
              "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
              "sites of all sites in the order given. So are, with shear, \"shear_x\", \"shear_y\",\n"
              "\"stretch_x\", \"stretch_y\" and \"stretch_xy\", the strain of the surface.")
-        .def("spike_bytes", spikes_of, "As spikes, in bytes.")
-        .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as in press.")
+        .def("_spike_bytes", spikes_of, "As spikes, in bytes.")
+        .def("reset", reset, nb::arg("pads").none() = nb::none(),
+             nb::sig("def reset(self, pads: dermis._typing.Pads | None = None) -> None"),
+             "Bring pads back to rest. pads: as in press.")
         .def("save", save, nb::arg("pads").none() = nb::none(),
+             nb::sig("def save(self, pads: dermis._typing.Pads | None = None) -> bytes"),
              "Return the state of pads as bytes, the same on every device. pads: as in press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
+             nb::sig("def load(self, state: dermis._typing.AnyArray, pads: dermis._typing.Pads | None = None) -> None"),
              "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number "
              "of a\n"
              "nerve fibre that no press makes is refused.\n"
              "pads: as in press.")
-        .def("take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),
+        .def("_take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),
              "As set_material, with the material of a scene, and a number for each pad by name.")
         .def(
             "report", report_of, nb::arg("pad").none() = nb::none(),
+            nb::sig("def report(self, pad: dermis._typing.Pads | None = None) -> Report"),
             "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().\n"
             "pad: its number, with n = (E, P) a tuple (e, p); None: the first.")
         .def_prop_ro(

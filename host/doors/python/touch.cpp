@@ -146,6 +146,10 @@ void bind_touch(nb::module_& m) {
             "add", add_to_touch, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
             nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
             nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0,
+            nb::sig("def add(self, middle: dermis._typing.AnyArray, rotation: dermis._typing.AnyArray, "
+                    "pad: dermis._typing.AnyArray, position: dermis._typing.AnyArray, force: dermis._typing.AnyArray, "
+                    "radius: float | dermis._typing.AnyArray | None = None, "
+                    "ball: float | dermis._typing.AnyArray | None = None, modulus: float = 0.0) -> ContactReport"),
             "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
             "Arrays are float64 and read in place; columns of a table are fine.\n"
             "middle: m, the middle of each pad in the world, of shape (n, 3). rotation: its axes as columns, of shape\n"

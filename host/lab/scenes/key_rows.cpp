@@ -23,13 +23,13 @@ template <class T> std::string python_type(const std::string& unit, bool optiona
     if constexpr (std::is_same_v<T, bool>) return "bool";
     else if constexpr (std::is_same_v<T, int>) return unit == "cells" && optional ? "CellOrPlace" : "int";
     else if constexpr (std::is_same_v<T, double>) return can_be_in(unit) ? "NumberWithUnit" : "float";
-    else if constexpr (std::is_enum_v<T>) return "str";
+    else if constexpr (std::is_enum_v<T>) return "Literal[" + quoted_names<T>() + "]";
     else if constexpr (std::is_same_v<T, Cell>) return "Sequence[CellOrPlace]";
     else if constexpr (std::is_same_v<T, std::vector<Cell>>) return "Cells";
     else if constexpr (requires(T t) { double(*t.begin()); }) return "Numbers";
     else if constexpr (requires(T t) { t.begin(); }) {
         using Item = typename T::value_type;
-        return "Sequence[" + (std::is_enum_v<Item> ? "str" : std::string("Mapping[str, Any]")) + "]";
+        return "Sequence[" + python_type<Item>("", false) + "]";
     } else return "Mapping[str, Any]";
 }
 

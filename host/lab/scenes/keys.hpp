@@ -54,7 +54,8 @@ inline constexpr auto rows<Grating> =
 template <>
 inline constexpr auto rows<Texture> =
     std::tuple{Key{"path", Special{"MapOrFile"}, "", no_range, "required", "a map of numbers that repeats itself"},
-               Key{"high", Special{"str"}, "", no_range, "required with a PNG", "the grey of the picture that is 1"},
+               Key{"high", Special{"Literal[\"black\", \"white\"]"}, "", no_range, "required with a PNG",
+                   "the grey of the picture that is 1"},
                Key{"spacing", &Texture::spacing, "m", positive, "the grid's", "from number to number"},
                Key{"velocity", &Texture::velocity, "m/s", no_range, "", "along x and y"}};
 
@@ -84,7 +85,8 @@ inline constexpr auto rows<Load> = std::tuple{
     Key{"kind", &Load::kind, "", no_range, "", "the map of the pressure, or what is pressed in"},
     Key{"path", Special{"MapOrFile"}, "", no_range, "required with \"file\", \"sequence\"",
         "a map of pressures, or frames"},
-    Key{"high", Special{"str"}, "", no_range, "required with a PNG", "the grey of the picture that is 1"},
+    Key{"high", Special{"Literal[\"black\", \"white\"]"}, "", no_range, "required with a PNG",
+        "the grey of the picture that is 1"},
     Key{"center", &Load::center, "cells", no_range, "the middle", "of what is pressed in, [x, y]"},
     Key{"radius", &Load::radius, "cells", radii, "a quarter of the shorter side", "of what is pressed in", with_radius},
     Key{"radius_y", &Load::radius_y, "cells", radii, "radius", "of a punch along y", of_punch},

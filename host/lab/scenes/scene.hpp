@@ -110,6 +110,13 @@ using FileMaps = std::map<std::string, FileMap>;
 // complete: adds what the caller has in memory, before the scene is checked; empty: nothing.
 SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {},
                           FileMaps* read = nullptr, const std::function<void(Scene&)>& complete = {});
+// A scene as a text, from which read_scene() reads an equal scene, and the maps that the text names.
+struct WrittenScene {
+    std::string text;
+    NamedMaps maps; // each under a name that ends with .npy
+};
+// Throws Error::bad_input where a scene has what no text can say.
+WrittenScene written(const Scene&);
 // Returns the dotted name of every key that a scene file may have, as in "load.radius", except keys in lists.
 std::vector<std::string> known_keys();
 

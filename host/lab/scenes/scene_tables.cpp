@@ -158,8 +158,9 @@ void read_taxels(Section table, const Grid& grid, Load& load) {
 void read_load(Section table, const Grid& grid, const PathBase& folder, Load& load) {
     table.value("kind", load.kind, choice_in<Load::Kind>);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
-    load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
-    load.map = map_in(table, map ? load.path : "", &grid, folder).values;
+    const std::string path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
+    if (sequence) load.path = path;
+    load.map = map_in(table, map ? path : "", &grid, folder).values;
     read_rows<Load>(table, load, &grid);
     read_rows<Envelope>(table, load.envelope, &grid);
     table.value("intensity", load.intensity, [&](auto& node, const auto& name) {
@@ -174,6 +175,16 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
 template <class Rows, class T> void read_table(Section table, T& to, const Grid& grid) {
     read_rows<Rows>(table, to, &grid);
     table.finish();
+}
+
+Site site_in(const toml::node& node, const std::string& parameter, const Grid& grid) {
+    const toml::array* site = node.as_array();
+    if (!site || site->size() != 3)
+        refuse(parameter, node, "a list of [type, x, y], as in [[\"sa1\", 12, 40]], or a table");
+    const auto at = [&](size_t i) { return cells_in((*site)[i], parameter, grid, cell_at); };
+    const std::optional<Quantity> type = value_of<Quantity>((*site)[0].value_or(std::string()));
+    if (!type || !is_receptor_class(*type)) refuse(parameter, (*site)[0], receptor_class_names());
+    return {*type, {at(1), at(2)}};
 }
 
 std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& folder) {
@@ -240,7 +251,7 @@ Scene read_all(Section top, const PathBase& folder) {
     Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material");
     std::vector<Section> loads = top.sections("load");
     Section time = top.section("time"), curvature = top.section("curvature"), receptors = top.section("receptors"),
-            sites = top.section("sites"), output = top.section("output");
+            sites = top.section("sites", true), output = top.section("output");
     const bool fibres = top.has("afferents");
     std::vector<Section> afferents = top.sections("afferents");
     top.finish(); // first of all: a misspelt table is then reported, and not the keys that it should have held
@@ -253,6 +264,9 @@ Scene read_all(Section top, const PathBase& folder) {
     read_table<CurvatureTable>(curvature, scene, scene.grid);
     read_table<Receptors>(receptors, scene.receptors, scene.grid);
     scene.sites = sites_in(sites, scene.grid, folder);
+    if (top.has_list("sites"))
+        top.list("sites", scene.sites,
+                 [&](const toml::node& node, const auto& name) { return site_in(node, name, scene.grid); });
     read_table<Output>(output, scene.output, scene.grid);
     const bool drawn = sites.has("density") || sites.has("seed");
     for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid, drawn));

@@ -145,10 +145,12 @@ class Section {
         }
         return all;
     }
-    Section section(const char* key) {
+    bool has_list(const char* key) const { return has(key) && table_->get(key)->is_array(); }
+    // or_list: whether a list may stand in place of the table, which is then not given.
+    Section section(const char* key, bool or_list = false) {
         const toml::node* node = find(key);
         tables_.push_back(key);
-        if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
+        if (node && !node->is_table() && !(or_list && node->is_array())) refuse(parameter(key), *node, "a table");
         return Section(node ? node->as_table() : nullptr, parameter(key) + ".");
     }
 

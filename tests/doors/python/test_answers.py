@@ -157,7 +157,7 @@ ANSWERS = [
     (lambda: dermis.explain(GRID, precision=7), "precision = 7; allowed: a text or None"),
     (lambda: dermis.fingertip(5), "one more argument = 5; allowed: the arguments keys"),
     (lambda: dermis.Scene(5), "tables = 5; allowed: a dict or None"),
-    (lambda: dermis.Scene(GRID, sites=[("sa1", 2**40, 2)]), "sites = ('sa1', 1099511627776, 2); allowed: a list of (type, x, y)"),
+    (lambda: dermis.Scene(GRID, sites=[("sa1", 2**40, 2)]), "sites = 1099511627776; allowed: a whole number, -1e9..1e9"),
     (lambda: dermis.Scene(surface={"path": MASKED}), "surface.path = masked array (.filled(..) has no mask); allowed: an array without"),
     (lambda: dermis.Scene(load={"times": np.ma.array([1.0])}), "load.times = masked array"),
     (lambda: dermis.Scene.from_file(None), "path = None; allowed: a text or a path"),

@@ -4,11 +4,14 @@ import ast
 import inspect
 import os
 import pathlib
+import pickle
+import pydoc
 import re
 import subprocess
 import sys
 
 import dermis
+import pytest
 
 TOP = pathlib.Path(__file__).parents[3]
 
@@ -89,16 +92,85 @@ import dermis
 import numpy as np
 
 skin = dermis.Skin({"grid": {"width": 4, "height": 3}}, (2, 3), responses="sa1")
+for name in ("sa1", "strain"):
+    skin[name].mean()
+skin.reset((1, 2))
+skin.reset(np.array([True, False]))
+skin.load(skin.save(3))
+skin.press(np.ones((2, 3, 3, 4), np.float32), [1e-3] * 6)
+skin.press(memoryview(bytes(288)), np.full((2, 3), 1e-3))
+modulus = dermis.fingertip().material.modulus
+result = dermis.run("scene.toml")
+least = {name: result[name].min for name in result}
+touch = dermis.contact.Touch(skin, 1e-3)
+touch.add(np.zeros((6, 3)), np.zeros((6, 9)), np.arange(6), np.zeros((6, 3)), np.zeros((6, 3)), radius=2e-3)
+skin.press(touch, 1e-3)
 skin.press(np.ones((2, 3, 3, 4), np.float32), 1e-3, out={"sa1": np.empty((2, 3, 3, 4), np.float32)})
 contact = dermis.contact.Contact(1e-3, 1e-3, force=1.0)
 rows = dermis.sweep("scene.toml", {"time.step": [0.1]})
 times: float = dermis.run(dermis.Scene(load=dermis.Load(intensity="2 kPa"))).time[0]
 """)
-    (tmp_path / "wrong.py").write_text("import dermis\ndermis.Skin({}, responses=1)\ndermis.contact.Contact('1 mm', 1e-3, 1.0)\n")
+    wrong = """import dermis
+from dermis import contact
+skin = dermis.Skin(dermis.fingertip())
+array = skin["sa1"]
+dermis.Skin({}, responses=1)
+dermis.Skin({}, responses="sa4")
+dermis.Skin({}, hold="cubic")
+dermis.Skin({}, precision="float")
+dermis.Skin({}, control="force")
+skin.press("no array", 1e-3)
+skin.press(array, "no time")
+skin.press(array, 1e-3, out={"sa4": array})
+skin.press([[1.0]], 1e-3)
+skin.press_frames("no frames", 1e-3)
+skin["nothing"]
+skin.reset("env 3")
+skin.save(1.5)
+skin.load("no state")
+dermis.run("a.toml", device=3)
+dermis.run("a.toml", precision="f16")
+dermis.run("a.toml")["nothing"]
+contact.Touch(skin, 1e-3).add(1, 2, 3, 4, 5)
+contact.Contact("1 mm", 1e-3, 1.0)
+dermis.Afferents(type="sa9")
+dermis.Afferents(follow="pain")
+dermis.Grid(width="3 cells", hight=2)
+dermis.Load(kind="squeeze")
+dermis.fit("a.csv", kind="hysteresis")
+"""
+    (tmp_path / "wrong.py").write_text(wrong)
     command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache")]
     right = subprocess.run([*command, "-p", "dermis"], cwd=tmp_path, capture_output=True, text=True)
     assert right.returncode == 0, right.stdout
     right = subprocess.run([*command, "right.py"], cwd=tmp_path, capture_output=True, text=True)
     assert right.returncode == 0, right.stdout
-    wrong = subprocess.run([*command, "wrong.py"], cwd=tmp_path, capture_output=True, text=True)
-    assert wrong.stdout.count("error:") == 2, wrong.stdout
+    found = subprocess.run([*command, "wrong.py"], cwd=tmp_path, capture_output=True, text=True).stdout
+    lines = {int(line) for line in re.findall(r"^wrong.py:(\d+): error", found, re.M)}
+    assert lines == set(range(5, len(wrong.splitlines()) + 1)), found
+
+
+def test_only_public_names_are_listed():
+    for module in (dermis, dermis.contact):
+        assert dir(module) == sorted(module.__all__)
+    names = [name for name in dir(dermis.Skin) if not name.startswith("_")]
+    assert "spike_bytes" not in names and "take_material" not in names and "press" in names
+
+
+def test_help_shows_each_signature_once_and_none_that_only_refuses():
+    for thing in (getattr(module, name) for module in (dermis, dermis.contact) for name in module.__all__):
+        text = pydoc.render_doc(thing, renderer=pydoc.plaintext) if callable(thing) else ""
+        assert "NoReturn" not in text and "*others" not in text, text
+    assert pydoc.render_doc(dermis.Skin).count("press(") == 1
+    assert inspect.getdoc(dermis.contact.Contact.__init__).count("__init__(") == 1
+
+
+def test_an_error_of_an_input_is_a_value_error_and_can_be_pickled():
+    with pytest.raises(ValueError) as caught:
+        dermis.Scene(grid={"width": 0})
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert type(again) is dermis.InputError and isinstance(again, dermis.Error) and str(again) == str(caught.value)
+    assert (again.code, again.parameter) == ("bad_input", "grid.width")
+    with pytest.raises(dermis.Error) as caught:
+        dermis.plot("/nowhere")
+    assert caught.value.code == "io" and not isinstance(caught.value, ValueError)

@@ -97,9 +97,9 @@ def test_sites_may_be_lengths_with_their_unit():
     scene = dermis.fingertip(grid=grid, sites=[("sa1", "3 mm", "2.05 mm"), ("fa1", np.int64(4), "0.39 mm")])
     assert scene.sites == [("sa1", 30, 20), ("fa1", 4, 3)]
     error = refused(dermis.fingertip, grid=grid, sites=[("sa1", "3 s", 2)])
-    assert str(error) == 'sites = "3 s"; allowed: whole cells, or a length with its unit, as "3 mm"'
+    assert str(error) == "sites = '3 s'; allowed: whole cells, or a length with its unit, as \"3 mm\""
     error = refused(dermis.Scene, TABLES, sites=[("sa1", "3 mm", 2)])
-    assert str(error) == 'sites = "3 mm"; allowed: whole cells: the grid has no spacing'
+    assert str(error) == "sites = '3 mm'; allowed: whole cells: the grid has no spacing"
 
 
 def test_maps_of_another_type_or_shape_are_refused_by_name():

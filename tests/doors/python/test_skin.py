@@ -440,7 +440,7 @@ def test_what_is_said_to_be_allowed_is_allowed():
                       "sites": lambda name: dermis.Scene(scene, sites=[(name, 1, 1)]),
                       "type": lambda name: dermis.Afferents(type=name, cells=[(1, 1)]),
                       "quantity": lambda name: result[name]}.items():
-        with pytest.raises(dermis.Error, match=f'{key} = "sa1,fa1"; allowed: ') as refused:
+        with pytest.raises(dermis.Error, match=f'{key} = ["\']sa1,fa1["\']; allowed: ') as refused:
             call("sa1,fa1")
         allowed = str(refused.value).partition("allowed: ")[2].replace('"', "").split(", ")
         assert len(allowed) >= 2

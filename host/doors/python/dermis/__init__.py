@@ -10,31 +10,31 @@
     skin["fa1"]                                         # float32 of shape (4096, height, width), the same memory
 
 Names are the C++ headers' names, and a scene has the keys of its TOML file. Maps are row-major: array[y, x]. A call
-that is refused raises dermis.Error.
+that is refused raises dermis.InputError, which is a dermis.Error and a ValueError.
 """
 from __future__ import annotations
 
-import dataclasses
 import functools
 import importlib
 import itertools
-import operator
 import os
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NoReturn, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._answers import answered  # before what it answers for is imported
 from . import _core, contact
 from ._arrays import SPIKE, Response
 from ._core import (AfferentModel, Afferents, Candidate, Device, DeviceInfo, Explanation, Figure, Impulse, KelvinVoigt,
                     Relaxation, Report, Result, Trace, afferent_model, chain_of, commit, refuse, relaxation_of)
-from ._error import Error
+from ._error import Error, InputError
+from ._fitting import Fit, fit, fit_creep, fit_histories, fit_relaxation
+from ._shown import extra, members_of, summary_of
 from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, Surface, Time
 from ._toml import overrides_of, pairs_of, text_of, without_rows
+from ._typing import Control, Hold, OfSkin, Precision, ReceptorType
 
 __version__ = _core.version
 _GONE = {
@@ -56,11 +56,15 @@ def __getattr__(name: str) -> Any:
 
 __all__ = [
     "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
-    "Fit", "Grid", "Impulse", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report",
-    "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model", "chain_of",
-    "commit", "contact", "explain", "fingertip", "fit", "fit_creep", "fit_histories", "fit_relaxation",
+    "Fit", "Grid", "Impulse", "InputError", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation",
+    "Report", "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model",
+    "chain_of", "commit", "contact", "explain", "fingertip", "fit", "fit_creep", "fit_histories", "fit_relaxation",
     "mujoco_plugin", "plot", "relaxation_of", "run", "sweep",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 class Scene(_core.Scene):
@@ -80,13 +84,12 @@ class Scene(_core.Scene):
         self._read({**(tables or {}), **keys}, {})
 
     def _read(self, given: dict[str, Any], overrides: Mapping[str, Any]) -> None:
-        listed = given.pop("sites") if isinstance(given.get("sites"), (list, tuple)) else None
         fibres = given.get("afferents")
         if isinstance(fibres, (list, tuple)) and any(isinstance(f, Afferents) for f in fibres):
             del given["afferents"]
         else:
             fibres = None  # a text, or tables that a text can have
-        super().__init__(*text_of(given), sites=listed, afferents=fibres, overrides=overrides_of(overrides))
+        super().__init__(*text_of(given), afferents=fibres, overrides=overrides_of(overrides))
 
     @classmethod
     @answered
@@ -168,8 +171,8 @@ class Skin(_core.Skin):
 
     @answered
     def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
-                 responses: str | Iterable[str] | None = None, precision: str | None = None,
-                 materials: Iterable[AnyMaterial] = (), hold: str = "linear", control: str = "pressure",
+                 responses: ReceptorType | Iterable[ReceptorType] | None = None, precision: Precision | None = None,
+                 materials: Iterable[AnyMaterial] = (), hold: Hold = "linear", control: Control = "pressure",
                  afferents: Iterable[Afferents] | None = None, shear: bool = False,
                  sa2_stretch: Sequence[float] | None = None) -> None:
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
@@ -177,7 +180,7 @@ class Skin(_core.Skin):
                          [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control,
                          None if afferents is None else list(afferents), shear, sa2_stretch)
 
-    def __getitem__(self, response: str) -> Response:
+    def __getitem__(self, response: OfSkin) -> Response:
         return super().__getitem__(response).view(Response)
 
     def spikes(self) -> np.ndarray[Any, np.dtype[np.void]]:
@@ -188,10 +191,10 @@ class Skin(_core.Skin):
         the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
         by fibre, by time. Empty without afferents and before the first press.
         """
-        return np.frombuffer(self.spike_bytes(), SPIKE)
+        return np.frombuffer(self._spike_bytes(), SPIKE)
 
     @property
-    def sites(self) -> dict[str, np.ndarray[Any, np.dtype[np.int32]]]:
+    def sites(self) -> dict[ReceptorType, np.ndarray[Any, np.dtype[np.int32]]]:
         """The receptors of each class in the order of its response: cells as int32 of shape (sites, 2), x and y."""
         sites = self.scene.sites
         kinds = dict.fromkeys(kind for kind, _, _ in sites)
@@ -206,11 +209,11 @@ class Skin(_core.Skin):
         for each pad. pads: as in press; all of them, unless the skin was made with materials.
         """
         rows: dict[str, np.ndarray[Any, np.dtype[np.float64]]] = {}
-        self.take_material(_scene_with(without_rows(material, "material", rows), "material"), rows, pads)
+        self._take_material(_scene_with(without_rows(material, "material", rows), "material"), rows, pads)
 
 
 @answered
-def run(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None, check: bool = False,
+def run(scene: AnyScene, device: Device | str | None = None, *, precision: Precision | None = None, check: bool = False,
         progress: Callable[[float], object] | None = None) -> Result:
     """Run a scene, and return its traces, fields and responses.
 
@@ -224,7 +227,7 @@ def run(scene: AnyScene, device: Device | str | None = None, *, precision: str |
 
 @answered
 def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | None = None, *,
-          precision: str | None = None, check: bool = False,
+          precision: Precision | None = None, check: bool = False,
           map: Callable[..., Iterable[Result]] = map) -> list[dict[str, Any]]:
     """Run a scene with all combinations of some values, and return the rows of the command's runs.csv.
 
@@ -248,15 +251,6 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
             for i, (setting, result) in enumerate(zip(settings, results, strict=True), 1)]
 
 
-def _extra(name: str) -> Any:
-    """Import a module that needs the packages of dermis[name]."""
-    try:
-        return importlib.import_module(f"dermis._{name}")
-    except ModuleNotFoundError as missing:
-        raise ModuleNotFoundError(f"{name} needs {missing.name}: pip install dermis[{name}]",
-                                  name=missing.name) from None
-
-
 @answered
 def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
          folder: str | os.PathLike[str] | None = None) -> dict[str, Any]:
@@ -266,7 +260,7 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
     and report.html with all of them; None: nowhere. The figures are "traces", "maps", "surface" (where a field is the
     deformation), "receptors" and "spikes", where the run has what they show, and of rows "sweep".
     """
-    drawing = _extra("plot")
+    drawing = extra("plot")
     given: Any = what
     if isinstance(what, Result):
         source = drawing.run_of(what)
@@ -289,7 +283,7 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
 
 
 @answered
-def explain(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None) -> Explanation:
+def explain(scene: AnyScene, device: Device | str | None = None, *, precision: Precision | None = None) -> Explanation:
     """Say how run() would compute a scene, like a database's EXPLAIN. Nothing is run."""
     return _core.explain(_scene_of(scene), device, precision)
 
@@ -300,138 +294,10 @@ def fingertip(**keys: Any) -> Scene:
     return Scene(preset="fingertip", **keys)
 
 
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Fit:
-    """A chain of elements that was fitted to measured curves.
-
-    elements: a spring, elements by ascending retardation time, a dashpot; spring and dashpot if the data need them.
-    errors: of the logarithm of each number of the elements; 0 if the number is 0. In about 95 of 100 data sets the true
-    number is within a factor of exp(2*error), which Student's quantile widens if there are few points.
-    residual: root mean square of the residual; 0.01 is 1 %. Data are taken to be exact to 1e-7 at best.
-    model: the curve at the times of the data, in their order and unit, float64 of shape (times,); of histories the
-    stress, of one history after another.
-    choice: why there are so many elements, in a sentence; empty if n was given.
-    undetermined: sentences about what the data leave open: elements that they cannot tell apart or do not need, numbers
-    that they fix to a factor of 2 or worse, a curve that runs the wrong way, relaxation that a ramp hides.
-    fastest: s; of histories relaxation faster than this hides behind the strain's course, and the spring with its error
-    holds if there is none; else 0.
-    """
-
-    elements: list[KelvinVoigt]
-    errors: list[KelvinVoigt]
-    residual: float
-    model: NDArray[np.float64]
-    choice: str
-    undetermined: list[str]
-    fastest: float
-
-    def __repr__(self) -> str:
-        names = (field.name for field in dataclasses.fields(self))
-        return f"Fit({', '.join(f'{name}={_text_of(getattr(self, name))}' for name in names)})"
-
-
-def _numbers(given: object) -> NDArray[np.float64]:
-    """Return one row of numbers. Throws TypeError, which `answered` explains."""
-    try:
-        row = np.array(given, np.float64)
-    except ValueError as wrong:
-        raise TypeError(*wrong.args) from None
-    if row.ndim != 1 or isinstance(given, np.ma.MaskedArray):
-        raise TypeError("no row of numbers")
-    return row
-
-
-def _fitted(kind: str, curves: Sequence[Sequence[Any]], n: int | None, residual: str) -> Fit:
-    """Fit curves: times, strains and values of each."""
-    fitting = _extra("fit")
-    arrays = [tuple(map(_numbers, curve)) for curve in curves]
-    try:
-        found = fitting.fit_curves(kind, arrays, None if n is None else operator.index(n), residual)
-    except fitting.Refused as refused:
-        raise Error("bad_input", refused.name, str(refused)) from None
-    chain, errors = ([KelvinVoigt(modulus=m, viscosity=v) for m, v in rows] for rows in (found.elements, found.errors))
-    return Fit(chain, errors, found.residual, found.model, found.choice, found.undetermined, found.fastest)
-
-
-@answered
-def fit(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]], n: int | None = None, *,
-        kind: str | None = None, stress: float | None = None, strain: float | None = None,
-        residual: str | None = None) -> Fit:
-    """Fit a chain of at most n elements, 1..8, to measured curves, as the command `dermis fit` does. Needs SciPy.
-
-    data: a CSV file, or a list of files with curves of one kind, each with a line of names: time,modulus or, with
-    strain, time,stress (relaxation); time,compliance or, with stress, time,strain (creep); time,strain,stress (a
-    history). n: None: as few as describe the data. kind: "creep" or "relaxation", if the second column has another
-    name. stress: Pa, > 0; strain: > 0; by which the second column is divided. residual: "relative" to each value or
-    "absolute"; None: relative, of histories absolute.
-    """
-    paths = [data] if isinstance(data, (str, os.PathLike)) else list(data)
-    kind, residual, curves = _core.read_curves([os.fsdecode(path) for path in paths], kind or "", residual or "",
-                                               stress, strain)
-    return _fitted(kind, curves, n, residual)
-
-
-@answered
-def fit_creep(times: Sequence[float] | NDArray[np.float64], compliances: Sequence[float] | NDArray[np.float64],
-              n: int | None = None, residual: str = "relative") -> Fit:
-    """Fit a chain of at most n elements, 1..8, to measured creep; None: as few as describe the data. Needs SciPy.
-
-    times: s, >= 0; compliances: 1/Pa; at least 2*n + 1 of each. residual: "relative" or "absolute". The search covers
-    retardation times from a tenth of the shortest time to ten times the longest.
-    """
-    return _fitted("creep", [(times, np.zeros(len(times)), compliances)], n, residual)
-
-
-@answered
-def fit_relaxation(times: Sequence[float] | NDArray[np.float64], moduli: Sequence[float] | NDArray[np.float64],
-                   n: int | None = None, residual: str = "relative") -> Fit:
-    """Fit a chain of at most n elements, 1..8, to a measured relaxation; None: as few as describe the data.
-
-    times: s, >= 0; moduli: Pa; at least 2*n + 1 of each. residual: "relative" or "absolute". The search covers
-    relaxation times from a tenth of the shortest time to ten times the longest. Needs SciPy.
-    """
-    return _fitted("relaxation", [(times, np.zeros(len(times)), moduli)], n, residual)
-
-
-@answered
-def fit_histories(histories: Sequence[tuple[Any, Any, Any]], n: int | None = None, residual: str = "absolute") -> Fit:
-    """Fit a chain of at most n elements, 1..8, to the stress under strains of any course. Needs SciPy.
-
-    histories: a list of (times, strains, stresses), s, ascending, and Pa, equally many, at most 20,000 in all; the
-    strain is 0 before the first time, and runs along lines; two equal times are a step of it. n: None: as few as
-    describe the data. residual: "relative" or "absolute". The search covers relaxation times from a tenth of the
-    shortest step in time to ten times the longest history.
-    """
-    all_ = list(histories)
-    for i, history in enumerate(all_):
-        if len(history) != 3:
-            refuse(f"histories[{i}]", history, "(times, strains, stresses)")
-    return _fitted("history", all_, n, residual)
-
-
-def _text_of(value: object) -> str:
-    if isinstance(value, np.ndarray):
-        return f"<{value.dtype} {value.shape}>"
-    if isinstance(value, list) and len(value) > 4:
-        return f"[{', '.join(map(_text_of, value[:3]))}, .. {len(value)}]"
-    return f"[{', '.join(map(_text_of, value))}]" if isinstance(value, list) else repr(value)
-
-
-def _members_of(self: object) -> str:
-    """The repr of an object by its properties."""
-    names = [name for name, member in vars(type(self)).items() if isinstance(member, property)]
-    return f"{type(self).__name__}({', '.join(f'{name}={_text_of(getattr(self, name))}' for name in names)})"
-
-
-def _summary_of(self: Result) -> str:
-    return (f"<Result at {len(self.time)} times: {' '.join(self)}; {len(self.fields)} fields, "
-            f"{self.responses.shape[1]} sites; {self.model} in {self.precision}, {self.device.name}>")
-
-
 for _kind in (AfferentModel, Afferents, Candidate, Explanation, Impulse, KelvinVoigt, Relaxation, Report, Trace,
               contact.Contact, contact.Pose, contact.Report, contact.WorldContact):
-    setattr(_kind, "__repr__", _members_of)
-setattr(Result, "__repr__", _summary_of)
+    setattr(_kind, "__repr__", members_of)
+setattr(Result, "__repr__", summary_of)
 setattr(_core.Scene, "__repr__", Scene.__repr__)
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What a call with wrong arguments is answered: the one at fault, its value, and what is allowed by the signature.
 
-Each function of _core gets an overload that refuses what its others do not take, and each property a setter of this
-kind. Functions of the package are answered by a decorator.
+Each function of _core is put behind one that refuses what it does not take, and each property a setter of this kind.
+Functions of the package are answered by a decorator.
 """
 from __future__ import annotations
 
@@ -27,12 +27,18 @@ def _is_row(value: Any) -> bool:
     return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0 and not isinstance(value, texts)
 
 
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and not re.search("[\ud800-\udfff]", value)
+
+
 Test = Callable[[Any], bool]
 _TYPES: dict[str, tuple[str, Test]] = {  # in words, and whether a value is of the type
     "float": ("a number", lambda v: not isinstance(v, (str, bytes)) and isinstance(float(v), float)),
     "int": ("a whole number", lambda v: abs(operator.index(v)) < 2**31),
-    "str": ("a text", lambda v: isinstance(v, str) and not re.search("[\ud800-\udfff]", v)),
+    "str": ("a text", _is_text),
     "bool": ("True or False", lambda v: isinstance(v, (bool, np.bool_))),
+    **dict.fromkeys(("ReceptorType", "OfTrace", "Precision", "Hold", "Control", "Kind", "Residual", "Literal"),
+                    ("a text", _is_text)),
     "None": ("None", lambda v: v is None),
     "Sequence": ("a list", _is_row),
     "NDArray": ("an array", lambda v: hasattr(v, "dtype") and _is_row(v)),
@@ -42,8 +48,8 @@ _TYPES: dict[str, tuple[str, Test]] = {  # in words, and whether a value is of t
     "PathLike": ("a path", lambda v: isinstance(v, os.PathLike)),
     "object": ("", lambda v: v is not None),
 }
-_ITEMS = {"float": "numbers", "str": "texts", "AnyMaterial": "materials", "Sequence[float]": "pairs",
-          "Sequence[int]": "cells"}
+_ITEMS = {"float": "numbers", "str": "texts", "ReceptorType": "texts", "AnyMaterial": "materials",
+          "Sequence[float]": "pairs", "Sequence[int]": "cells"}
 
 
 def _fit(value: object, annotation: str) -> tuple[bool, str]:
@@ -105,6 +111,7 @@ def answered(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
         for fault in _faults(inspect.signature(function), None, doc, arguments, named):
             _core.refuse(*fault)
         raise cause
+    call.__doc__ = function.__doc__ or ""  # of a constructor: it does not show that of the class in _core
     return call
 
 
@@ -117,20 +124,28 @@ def _signature_of(text: str) -> inspect.Signature:
 
 
 def _answer(scope: Any, name: str, function: Any) -> None:
-    """Let a function of _core, or of a class in it, answer what it does not take."""
-    signatures: tuple[Any, ...] = getattr(function, "__nb_signature__", ())  # none: a class that cannot be called
+    """Put a function of _core, or of a class in it, behind one that answers what it does not take."""
+    signatures: Any = getattr(function, "__nb_signature__", ())  # none: a class that cannot be called
+    none: Any = [(f"def {name}(self)", "Objects of this type come from functions of dermis.", None)]
 
-    def refuse(first: Any, rest: tuple[Any, ...], named: dict[str, Any], *self: object) -> None:
-        given = rest if first is ... else (first, *rest)
-        faults = [list(_faults(_signature_of(text), scope, doc, self + given, named)) for text, doc, *_ in signatures]
-        uncalled = (scope.__name__, given, "objects that functions of dermis return")
-        for fault in min(reversed(faults), key=len, default=[uncalled]):  # of the overload that was meant
+    def uncalled(*given: Any, **named: Any) -> Any:
+        raise TypeError
+
+    def refuse(error: TypeError, named: dict[str, Any], *given: Any) -> None:
+        if signatures and "incompatible function arguments" not in str(error):
+            return  # of what the function called
+        faults = [list(_faults(_signature_of(text), scope, doc, given, named)) for text, doc, *_ in signatures]
+        no_call = (scope.__name__, given[1:], "objects that functions of dermis return")
+        for fault in min(reversed(faults), key=len, default=[no_call]):  # of the overload that was meant
             _core.refuse(*fault)
         _core.refuse("arguments", given, f"those of {signatures[0][0]}")
 
     is_method = isinstance(scope, type) and type(function).__name__ != "nb_func"
-    doc = signatures[0][1] or "" if signatures else "Objects of this type come from functions of dermis."
-    _core.answer(scope, f"def {name}({'self, ' * is_method}*others, **named) -> NoReturn", doc, is_method, refuse)
+    if signatures:
+        delattr(scope, name)
+    for text, doc, defaults in signatures or none:  # each is a line of help; the first takes every call
+        text = re.sub(r"\\(=?)(\d+)", lambda i: (str if i[1] else repr)(defaults[int(i[2])]), text)
+        _core.answer(scope, text, doc or "", is_method, function if signatures else uncalled, refuse)
 
 
 def _assigned(name: str, member: Any) -> property:

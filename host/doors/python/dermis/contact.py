@@ -26,6 +26,10 @@ __all__ = ["Body", "Contact", "Pad", "Pose", "Report", "Touch", "WorldContact", 
            "add_taxels", "depths_of", "foundation_stiffness", "hertz_radius"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 class Touch(_core.Touch):
     """The contacts of all pads of a skin, in one call from arrays. One thread at a time uses it; others wait.
 
