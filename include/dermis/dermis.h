@@ -196,9 +196,7 @@ enum {
     DERMIS_F32_COMPENSATED = 2
 };
 
-// How the pressure runs over the step from one frame to the next: along a line, or along the parabola through these two
-// frames and the frame before them. A parabola is at least four times closer to a smooth load; after a jump it is
-// further off, and overshoots by an eighth of the jump. The first step from rest, or after a pause, is linear.
+// How the pressure runs from one frame to the next: along a line, or along a parabola; see Hold in description.hpp.
 typedef int32_t dermis_hold;
 enum { DERMIS_LINEAR = 0, DERMIS_PARABOLIC = 1 };
 

@@ -45,9 +45,7 @@ class DERMIS_API Device {
     // Throws Error::bad_input for a number or a text that no device of list() has; Error::no_device where there is no
     // loader or driver, and where the device is refused. A device that gives other bits than the CPU path in a
     // self-test is refused, unless it was asked for by number, name or uuid. Opening a device tests the basic kernels
-    // of presses. The first run by Model::march tests the kernels of marches, and the first run with another stencil,
-    // edge rule or precision, with frames or with several materials tests every variant; a device that has other bits
-    // there is refused then.
+    // of presses; the first skin or march of another kind tests its kernels, and the device is refused then.
     static Device open(const std::string& which);
     // Lists every Vulkan device, usable or not. Throws Error::no_device if there is no loader or no driver.
     static std::vector<DeviceInfo> list();

@@ -90,11 +90,10 @@ class DeviceCheck {
             (void)recorder_.fill(table, press); // true: a sample's coefficients fit float
             recorder_.record(commands, size_t(i), press, table);
             press.dt.taken(press.pads);
-            const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
-                                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+            constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
             if (i + 1 < presses)
-                vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                                        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &memory, 0, nullptr, 0, nullptr);
+                barrier(vk, commands, {compute, VK_ACCESS_SHADER_WRITE_BIT},
+                        {compute, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT});
         }
     }
 
@@ -142,10 +141,14 @@ struct SkinProgram::Impl {
                     Recording* own = nullptr) const;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
-    std::string words_of_needs() const {
-        return "a program of " + std::to_string(recorder.skin().pads) + " pads and up to " +
-               std::to_string(max_bindings) + " bindings, whose constants have " +
-               scene::bytes_text(double(needs.constants.bytes));
+    // scene::guarded() in the words of what the program needs.
+    template <class Call> decltype(auto) guarded(Call&& call) const {
+        const auto words = [this] {
+            return "a program of " + std::to_string(recorder.skin().pads) + " pads and up to " +
+                   std::to_string(max_bindings) + " bindings, whose constants have " +
+                   scene::bytes_text(double(needs.constants.bytes));
+        };
+        return scene::guarded(words, call);
     }
 
     std::optional<DeviceTable> own_device;
@@ -283,8 +286,7 @@ void SkinProgram::Impl::check_apart(const Buffers& b) const {
 }
 
 Binding SkinProgram::bind(const Buffers& b) {
-    const auto words = [&] { return impl_->words_of_needs(); };
-    return scene::guarded(words, [&] {
+    return impl_->guarded([&] {
         Impl& impl = *impl_;
         impl.check_apart(b);
         if (impl.bindings == impl.max_bindings)
@@ -359,11 +361,8 @@ Recorded SkinProgram::record_touch(VkCommandBuffer commands, const VkDescriptorB
     if (range.range != VK_WHOLE_SIZE && range.range < bytes) return {"pressure_to: fewer than memory().pressure.bytes"};
     const VolkDeviceTable& vk = impl_->device.calls;
     vk.vkCmdFillBuffer(commands, range.buffer, range.offset, bytes, 0);
-    const VkMemoryBarrier filled{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                 .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
-                                 .dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT};
-    vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 1, &filled, 0,
-                            nullptr, 0, nullptr);
+    constexpr Access written{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT};
+    barrier(vk, commands, written, written);
     for (const int number : touch.touched()) {
         const contact::Touch::Block b = touch.block(number);
         for (int y = b.y; y < b.y + b.height; ++y) {
@@ -377,8 +376,7 @@ Recorded SkinProgram::record_touch(VkCommandBuffer commands, const VkDescriptorB
 }
 
 void SkinProgram::set_material(const Material& material, const Pads& pads) {
-    const auto words = [&] { return impl_->words_of_needs(); };
-    scene::guarded(words, [&] {
+    impl_->guarded([&] {
         const DefaultFloats guard;
         Impl& impl = *impl_;
         const plan::StreamedSkin& skin = impl.recorder.skin();
@@ -393,8 +391,7 @@ void SkinProgram::set_material(const Material& material, const Pads& pads) {
 }
 
 void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
-    const auto words = [&] { return impl_->words_of_needs(); };
-    scene::guarded(words, [&] {
+    impl_->guarded([&] {
         Impl& impl = *impl_;
         impl.check_range("check", range, impl.needs.check);
         if (impl.check->bound()) refuse("check", "bound already", "one binding");
@@ -410,8 +407,7 @@ bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
 }
 
 bool SkinProgram::check_passed(const void* bytes, size_t size) const {
-    const auto words = [&] { return impl_->words_of_needs(); };
-    return scene::guarded(words, [&] {
+    return impl_->guarded([&] {
         const DefaultFloats guard;
         if (!bytes || size < impl_->needs.check.bytes)
             refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",

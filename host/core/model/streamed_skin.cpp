@@ -181,6 +181,7 @@ std::vector<Element> elements_of_pad(const SkinDescription& validated, const Mat
 ResponseLayout response_layout_of(const StreamedSkin& s) {
     ResponseLayout layout;
     const std::vector<Site>& sites = s.skin.description.sites;
+    const std::array<size_t, RESPONSE_MAPS> counts = response_counts(s);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         ResponseLayout::Range& range = layout.of[size_t(q)];
         range.first = layout.all;
@@ -189,8 +190,7 @@ ResponseLayout response_layout_of(const StreamedSkin& s) {
             range.count = s.skin.padded_cells() * size_t(s.pads);
             layout.all += (range.count + field_alignment - 1) / field_alignment * field_alignment;
         } else {
-            range.count = size_t(std::count_if(sites.begin(), sites.end(), [q](auto& t) { return int(t.type) == q; })) *
-                          size_t(s.pads);
+            range.count = counts[size_t(q - QUANTITY_SA1)] * size_t(s.pads);
             layout.all += range.count;
         }
     }

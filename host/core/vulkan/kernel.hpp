@@ -2,6 +2,7 @@
 // Compute pipelines over buffers, on the library's own device or an embedding host's.
 #pragma once
 
+#include "dermis/vulkan.hpp"
 #include "host/core/base/process.hpp"
 #include "host/core/vulkan/ending.hpp"
 #include "host/core/vulkan/modules.hpp"
@@ -80,6 +81,12 @@ class Pipelines {
     const simd::Process process_;
     bool abandoned_ = false, fresh_ = false;
 };
+
+// Records a memory barrier.
+inline void barrier(const VolkDeviceTable& vk, VkCommandBuffer commands, const Access& from, const Access& to) {
+    const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, from.access, to.access};
+    vk.vkCmdPipelineBarrier(commands, from.stages, to.stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
 
 struct BufferRange {
     VkBuffer buffer = VK_NULL_HANDLE;

@@ -25,7 +25,7 @@ Module press_module_for(const DeviceTable& device) { return device.texels ? pres
 
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)
-    : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
+    : variant_(variant), pitch_(skin.pitch),
       columns_(is_batch(variant) ? skin.width() : pressed.last_tile * TILE_CELLS - pressed.first_column()),
       group_(group_of(skin, variant, pressed)), windows_(row_windows(pipelines.device(), skin,
                                                                      {.first = pressed.first_row,

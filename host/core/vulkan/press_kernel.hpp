@@ -40,7 +40,6 @@ class PressKernel {
     }
 
     const plan::Variant variant_;
-    const plan::PressedBox pressed_;
     const int pitch_, columns_; // columns_: the number of columns that are pressed
     const Group group_;
     std::vector<RowWindow> windows_;

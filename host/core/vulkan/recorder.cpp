@@ -69,7 +69,7 @@ void Recorder::check_limits() const {
     const VkDeviceSize most = device_.limits.maxStorageBufferRange;
     if (streamed_.pads == 1 && table_.bytes > most)
         refuse("material",
-               std::to_string(materials().size() / streamed_.skin.chain.length) +
+               std::to_string(materials_.size() / streamed_.skin.chain.length) +
                    " different materials in modulus and viscosity need " + std::to_string(table_.bytes) + " bytes",
                "maxStorageBufferRange", most);
     if (streamed_.pads > 1) {
@@ -138,17 +138,14 @@ void Recorder::bind(size_t binding, const Buffers& b) {
 }
 
 template <class F> void Recorder::between_presses(VkCommandBuffer commands, F update) const {
-    const auto barrier = [&](VkPipelineStageFlags from, VkPipelineStageFlags to, VkAccessFlags src, VkAccessFlags dst) {
-        const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, src, dst};
-        device_.calls.vkCmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
-    };
     constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                                    copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
     // Earlier presses have read their coefficients, and their writes are in memory, before the new coefficients are
     // written.
-    barrier(compute | copy, copy, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
+    const Access written{copy, VK_ACCESS_TRANSFER_WRITE_BIT};
+    barrier(device_.calls, commands, {compute | copy, VK_ACCESS_TRANSFER_WRITE_BIT}, written);
     update();
-    barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    barrier(device_.calls, commands, written, {compute, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT});
 }
 
 size_t Recorder::behind_list() const {

@@ -52,8 +52,6 @@ class Recorder {
         VkDeviceSize offset = 0, bytes = 0;
     };
     template <class T> Slice append(const std::vector<T>&);
-    // The elements of all materials of a skin, or of a pad without elements of its own.
-    const std::vector<plan::Element>& materials() const { return materials_; }
     // The coefficients of a pad's table.
     size_t table_length() const {
         return plan::entries_of(streamed_.hold) *
@@ -91,9 +89,9 @@ class Recorder {
     std::optional<SitesKernel> sites_;  // set where only sites respond
     MemoryNeeds needs_;
     Slice rest_, material_, table_, cells_, stencils_;
-    std::vector<plan::Element> materials_;
-    struct Bound {         // by a binding
-        BufferRange table; // list and coefficients
+    std::vector<plan::Element> materials_; // the elements of all, or of a pad without elements of its own
+    struct Bound {                         // by a binding
+        BufferRange table;                 // list and coefficients
         VkDescriptorBufferInfo state_from, state_to, pressure_from, pressure_to;
     };
     std::vector<Bound> bound_;

@@ -21,8 +21,8 @@ class Recording {
     // Counts work that is recorded next (see DeviceTable::most_work). If it is too much for one submission, submits
     // what has been recorded so far and begins the same command buffer again.
     void add(double work);
-    void start();  // submits, with a barrier behind all, and does not wait
-    void wait();   // for what was started, if it has not been waited for
+    void start(); // submits, with a barrier behind all, and does not wait
+    void wait();  // for what was started, if it has not been waited for
     void submit() { start(), wait(); }
     void barrier() { context_.barrier(commands()); }
     bool empty() const { return !open_; }
