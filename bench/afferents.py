@@ -220,7 +220,7 @@ METHODS = {"forward Euler": (euler, "#D55E00", "o"),
 
 def dermis(program, model, load, step, folder):
     """Spike times of a run."""
-    keys = {"class": "sa1", **model, "gains": [list(pair) for pair in model["gains"]]}
+    keys = {"type": "sa1", **model, "gains": [list(pair) for pair in model["gains"]]}
     keys["after"] = []
     text = "\n".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
     Path(folder, "scene.toml").write_text(SCENE.format(model=text, load=load, step=step, seconds=SECONDS))

@@ -66,7 +66,7 @@ def gains(kind, factor):
 
 
 def preset(kind):
-    return f'class = "{CLASSES[kind]}"'
+    return f'type = "{CLASSES[kind]}"'
 
 
 def strains(kind, um):

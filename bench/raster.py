@@ -40,13 +40,13 @@ fa2 = "2 mm"
 [sites]
 density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
 [[afferents]] # sensitive fibres: bench/evidence/afferents.csv
-class = "sa1"
+type = "sa1"
 gains = [[2.48, 0.055]]
 [[afferents]]
-class = "fa1"
+type = "fa1"
 gains = [[0.309, 0.003]]
 [[afferents]]
-class = "fa2"
+type = "fa2"
 gains = [[0, 0], [0.1, 0]]
 [time]
 step = {INTERVAL}

@@ -38,7 +38,7 @@ print(f"indentation {report.indentation.value * 1e3:.2f} mm, outside its range: 
 
 # %% A simulator presses frame by frame: here four pads of 20 x 25 taxels at 1 kHz. The response is the same memory
 # after every press, so that it is asked for once.
-skin = dermis.Skin(dermis.Scene(grid={"width": 20, "height": 25}, surface={"kind": "wave", "ridges": 4}), n=4)
+skin = dermis.Skin(dermis.Scene(grid={"width": 20, "height": 25}, surface={"kind": "wave", "ridges": 4}), count=4)
 pressure = np.zeros((4, 25, 20), np.float32)
 fa1 = skin["fa1"]
 for frame in range(100):

@@ -270,7 +270,7 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
     };
     AfferentModel m = afferent_model(Quantity::sa1);
     CHECK(refused([](Afferents& a) { a.type = Quantity::sa2; }) ==
-          "afferents.class = \"sa2\"; allowed: sa1, fa1, fa2, which have parameters; give a model for sa2");
+          "afferents.type = \"sa2\"; allowed: sa1, fa1, fa2, which have parameters; give a model for sa2");
     CHECK(refused([&](Afferents& a) { a.model = m, a.model->membrane_time = 0; }) ==
           "afferents[0].membrane_time = 0; allowed: a finite number > 0");
     CHECK(refused([&](Afferents& a) { a.model = m, a.model->gains[2][0] = 1; }) ==

@@ -352,9 +352,9 @@ TEST_CASE("a bad table of fibres is refused by key, value and what is allowed") 
         CAPTURE(message);
         CHECK(message.find(part) != message.npos);
     };
-    has("class = \"sa1\"", "afferents[0].cells = (none); allowed: some cells");
-    has("class = \"strain\"\ncells = [[1, 2]]", "afferents[0].class = \"strain\"");
-    has("class = \"sa2\"\ncells = [[1, 2]]", "afferents.class = \"sa2\"");
+    has("type = \"sa1\"", "afferents[0].cells = (none); allowed: some cells");
+    has("type = \"strain\"\ncells = [[1, 2]]", "afferents[0].type = \"strain\"");
+    has("type = \"sa2\"\ncells = [[1, 2]]", "afferents.type = \"sa2\"");
     has("cells = [[150, 2]]", "afferents[0].cells[0] = [150, 2]; allowed: [x, y] with x in 0..149");
     has("cells = [[1, 2]]\nmembrane_tme = 1", "afferents[0].membrane_tme = 1; no such key here");
     has("cells = [[1, 2]]\nfrequency = 100", "afferents[0].quality = (not given)");
@@ -383,8 +383,8 @@ TEST_CASE("a bad table of fibres is refused by key, value and what is allowed") 
 
 TEST_CASE("a scene file has fibres in its sites, and keys that replace the class's numbers") {
     const Scene s =
-        Scene::from_string("[sites]\n[[afferents]]\nclass = \"fa1\"\ncells = [[3, 4], [5, 6]]\nendings = 2\n"
-                           "[[afferents]]\nclass = \"sa2\"\ncells = [[1, 1]]\nfollow = \"stress\"\n"
+        Scene::from_string("[sites]\n[[afferents]]\ntype = \"fa1\"\ncells = [[3, 4], [5, 6]]\nendings = 2\n"
+                           "[[afferents]]\ntype = \"sa2\"\ncells = [[1, 1]]\nfollow = \"stress\"\n"
                            "time_constants = [\"2 ms\"]\nfrequency = \"0.1 kHz\"\nquality = 0.7\nvalue = 3\n"
                            "rate = \"5 ms\"\ngains = [[1, 2], [3, 4]]\nmembrane_time = \"20 ms\"\n"
                            "refractory_time = 1e-3\nreset = -0.5\nafter = [{ amplitude = -2, time = \"30 ms\" }]");

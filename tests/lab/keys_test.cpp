@@ -133,7 +133,7 @@ Place place_of(const scene::KeyRow& row) {
         return {fingertip + "[receptors]\nkernel = \"strain\"", row.table};
     if (row.table == "output.fields.")
         return {"[output]\nfields = [{ at = 0, what = [\"sa1\"] }]", "output.fields[0]."};
-    const std::string fibres = fingertip + "[[afferents]]\nclass = \"fa2\"\ncells = [[1, 1]]\n"
+    const std::string fibres = fingertip + "[[afferents]]\ntype = \"fa2\"\ncells = [[1, 1]]\n"
                                            "after = [{ amplitude = 1, time = 1 }]";
     if (row.table == "afferents.") return {fibres, "afferents[0]."};
     if (row.table == "afferents.after.") return {fibres, "afferents[0].after[0]."};

@@ -237,7 +237,7 @@ radius_y = "0.76 mm"
 [output]
 probes = [["0.3 mm", "0.69999 mm"], [4, "6.95 mm"], ["0 mm", "0.7 mm"]]
 [[afferents]]
-class = "fa1"
+type = "fa1"
 cells = [["8.99 mm", "10 um"]]
 )");
     CHECK(s.load.center->x == 30); // on the border of cells 29 and 30

@@ -111,7 +111,7 @@ inline constexpr auto rows<AfferentModel> = std::tuple{
         "up to two currents that a spike starts"}};
 template <>
 inline constexpr auto rows<Afferents> =
-    std::tuple{Key{"class", &Afferents::type, "", no_range, "", "of the fibres"},
+    std::tuple{Key{"type", &Afferents::type, "", no_range, "", "of the fibres"},
                Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their receptors"},
                Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
                Key{"endings", &Afferents::endings, "", fibre_endings, "", "receptors of each fibre"}};

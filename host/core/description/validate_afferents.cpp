@@ -58,7 +58,7 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
         Afferents& a = all[i];
         const std::string at = "afferents[" + std::to_string(i) + "]";
         if (!is_receptor_class(a.type))
-            refuse(at + ".class", std::string("\"") + name(a.type) + "\"", receptor_class_names());
+            refuse(at + ".type", std::string("\"") + name(a.type) + "\"", receptor_class_names());
         if (!a.model) a.model = afferent_model(a.type);
         check_model(at, *a.model);
         take_cells(at, d, a);
@@ -102,7 +102,7 @@ AfferentModel afferent_model(Quantity type) {
         m.refractory_time = 3.16e-3;
         return m;
     default:
-        scene::refuse("afferents.class", std::string("\"") + name(type) + "\"",
+        scene::refuse("afferents.type", std::string("\"") + name(type) + "\"",
                       "sa1, fa1, fa2, which have parameters; give a model for sa2");
     }
 }

@@ -113,7 +113,7 @@ void add_figures(nb::class_<RunOfScene>& type) {
             name, [member](const RunOfScene& r) { return r.result.*member; }, doc);
     };
     add("impulses", &Result::impulses, "The impulses of the load's jumps.");
-    type.def_prop_ro("spikes", spikes_of_run,
+    type.def_prop_ro("spikes", spikes_of_run, nb::sig("def spikes(self) -> numpy.typing.NDArray[numpy.void]"),
                      "The spikes of the scene's afferents, as an array of its own of shape (spikes,) with the fields\n"
                      "time (float64, s) and afferent (int32, the number of the fibre); by time, then by fibre.");
     add("device", &Result::device, "The device that computed.");

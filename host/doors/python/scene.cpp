@@ -143,6 +143,10 @@ std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
 } // namespace
 
 void bind_scene(nb::module_& m) {
+    scene::old_word_found = [](const char* sentence) {
+        const nb::gil_scoped_acquire lock;
+        if (PyErr_WarnEx(PyExc_FutureWarning, sentence, 1) != 0) nb::raise_python_error();
+    };
     nb::class_<Scene> type(m, "Scene", "A checked scene.");
     const auto bytes_of = [](const Scene& scene) {
         Writer writer;

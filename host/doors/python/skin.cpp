@@ -210,20 +210,20 @@ void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int
 }
 
 // The lengths of the axes of pads.
-std::vector<int> axes_of(nb::handle n) {
+std::vector<int> axes_of(nb::handle count) {
     const char* allowed = "None, a number of pads, or a tuple of lengths, as in (64, 5)";
-    if (n.is_none()) return {};
-    if (int one = 0; nb::try_cast(n, one)) return {one};
-    if (!is_row(n)) scene::refuse("n", description_of(n), allowed);
-    return items_of<int>(n, "n", allowed);
+    if (count.is_none()) return {};
+    if (int one = 0; nb::try_cast(count, one)) return {one};
+    if (!is_row(count)) scene::refuse("count", description_of(count), allowed);
+    return items_of<int>(count, "count", allowed);
 }
 
-void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
+void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle axes, nb::handle device,
                const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
                const Sequence<Scene>& materials, string_view hold, string_view control,
                const std::optional<Sequence<Afferents>>& afferents, bool shear,
                const std::optional<Numbers>& sa2_stretch) {
-    const std::vector<int> leading = axes_of(n);
+    const std::vector<int> leading = axes_of(axes);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
     for (int length : leading) count = std::min(count, 1LL << 31) * std::max(length, 0);
@@ -280,7 +280,7 @@ void make(SkinWithShapes* self, Reader& reader) {
 void bind_skin(nb::module_& m) {
     nb::class_<SkinWithShapes>(m, "Skin", "A skin, or a batch of them, pressed frame by frame.")
         .def(Pickled())
-        .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
+        .def("__init__", make_skin, nb::arg("scene"), nb::arg("count").none(), nb::arg("device").none(),
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
              nb::arg("control"), nb::arg("afferents").none(), nb::arg("shear"), nb::arg("sa2_stretch").none())
         .def(
@@ -290,18 +290,20 @@ void bind_skin(nb::module_& m) {
                     "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None, "
                     "traction: dermis._typing.AnyArray | None = None) -> None"),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
-            "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
-            "with DLPack or a buffer. Other types are refused, not converted. It is copied. With control \"depth\" it "
+            "pressure: float32 in C order, Pa, of shape (height, width), or (count, height, width) with a count;\n"
+            "anything with DLPack or a buffer. Other types are refused, not converted. It is copied. With control "
+            "\"depth\" it "
             "is\n"
             "in m. A contact.Touch gives the pressures of all its pads; pads at rest then take no time.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
-            "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them. With\n"
-            "n = (E, P) they are named as an array a of shape n is indexed: (e, p) is one pad and e all of a[e]; a "
+            "pads: None is all; else numbers or a mask of count bools, and pressure has a map for each of them. With\n"
+            "count = (E, P) they are named as an array a of that shape is indexed: (e, p) is one pad and e all of "
+            "a[e]; a "
             "list\n"
             "of such tuples, an array with a row for each, or a mask of shape (E,) or (E, P) is some. Pressures, and\n"
             "steps of their own, then have the shape of a[pads] and the axes of maps: (P, height, width) for e.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
-            "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, n, height, width).\n"
+            "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, count, height, width).\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.\n"
             "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
             "steps of nerve fibres. The skin then has the state after the last whole frame, and spikes up to it; no\n"
@@ -326,8 +328,9 @@ void bind_skin(nb::module_& m) {
              nb::arg("response").none(),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
              "first.\n\n"
-             "A view, float32 of shape (n, height, width), with sites (n, sites of that class); without n the first\n"
-             "axis is missing. The memory stays the same: after each press it holds the new values. \"strain\",\n"
+             "A view, float32 of shape (count, height, width), with sites (count, sites of that class); without a\n"
+             "count the first axis is missing. The memory stays the same: after each press it holds the new values. "
+             "\"strain\",\n"
              "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
              "sites of all sites in the order given. So are, with shear, \"shear_x\", \"shear_y\",\n"
              "\"stretch_x\", \"stretch_y\" and \"stretch_xy\", the strain of the surface.")
@@ -350,7 +353,7 @@ void bind_skin(nb::module_& m) {
             "report", report_of, nb::arg("pad").none() = nb::none(),
             nb::sig("def report(self, pad: dermis._typing.Pads | None = None) -> Report"),
             "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().\n"
-            "pad: its number, with n = (E, P) a tuple (e, p); None: the first.")
+            "pad: its number, with count = (E, P) a tuple (e, p); None: the first.")
         .def_prop_ro(
             "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.")
         .def_prop_ro(

@@ -102,6 +102,9 @@ struct SceneText {
 };
 SceneText text_of_file(const std::string& path);
 SceneText text_of_string(const std::string& text, const std::string& folder);
+// Is called with a sentence for a word that a scene has and a later version will not read. By default it writes the
+// sentence to the standard error, once in a process.
+extern void (*old_word_found)(const char* sentence);
 // Maps in memory, each under the name that a scene gives in place of a file.
 using NamedMaps = std::map<std::string, FileMap>;
 // Maps that have been read, by path.

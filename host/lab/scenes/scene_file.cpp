@@ -5,6 +5,8 @@
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/named_maps.hpp"
 
+#include <cstdio>
+#include <mutex>
 #include <sstream>
 
 namespace dermis {
@@ -59,6 +61,28 @@ void apply_override(toml::table& file, const std::string& override_) {
         table = table->get(part)->as_table();
     }
     table->insert_or_assign(part, *value.get("value"));
+}
+
+void say_once(const char* sentence) {
+    static std::once_flag said;
+    std::call_once(said, [&] { std::fprintf(stderr, "dermis: %s\n", sentence); });
+}
+
+// Puts the words of today in place of old ones.
+void renew(toml::table& file) {
+    bool found = false;
+    const auto renew_fibres = [&](toml::node& node) {
+        toml::table* fibres = node.as_table();
+        if (!fibres || !fibres->contains("class") || fibres->contains("type")) return;
+        fibres->insert("type", *fibres->get("class"));
+        fibres->erase("class");
+        found = true;
+    };
+    toml::node* fibres = file.get("afferents");
+    if (fibres && fibres->is_array())
+        for (toml::node& each : *fibres->as_array()) renew_fibres(each);
+    else if (fibres) renew_fibres(*fibres);
+    if (found) scene::old_word_found("afferents.class is called afferents.type; class is read until 1.0");
 }
 
 std::string line_text(const toml::source_region& source) {
@@ -121,6 +145,8 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
 
 } // namespace
 
+void (*scene::old_word_found)(const char* sentence) = say_once;
+
 scene::SceneText scene::text_of_file(const std::string& path) {
     const auto words = [&] { return "the text of " + path; };
     return scene::guarded(words, [&]() -> scene::SceneText {
@@ -161,6 +187,7 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
         file = std::move(parsed).table();
         try {
             for (const std::string& o : overrides) apply_override(file, o);
+            renew(file);
             SceneWithFiles read;
             FileMaps own;
             read.scene = read_tables(file, folder, maps, shared ? *shared : own, read.files);

@@ -337,7 +337,7 @@ static void options(void) {
 }
 
 static void spikes_of_a_run(void) {
-    dermis_scene* scene = scene_of("[[afferents]]\nclass = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
+    dermis_scene* scene = scene_of("[[afferents]]\ntype = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
                                    "[load]\nintensity = 5\n[time]\nstep = 0.001\nduration = 0.2\n");
     dermis_result* result = NULL;
     const dermis_fired_spike* fired = NULL;

@@ -40,10 +40,10 @@ BASES = [
     METRES | {"receptors": {"depth": {"sa1": 3e-4}}}, DEPTH | {"receptors": {"follow": {"sa1": "stress"}}},
     METRES | {"load": {"kind": "punch", "radius_y": 2, "control": "depth", "intensity": 1e-5}},
     METRES | {"load": {"kind": "ball", "control": "depth", "ball_radius": 1e-3, "intensity": 1e-5, "envelope": "ramp"}, "output": {"traces": ["sa1"]}},
-    SMALL | {"output": {"fields": [{"at": 0.5, "what": ["sa1"]}]}}, FIBRES, FIBRES | {"afferents": [{"class": "sa1"}]},
-    FIBRES | {"afferents": [{"class": "fa2", "frequency": 200.0, "quality": 1.0, "time_constants": [1e-3],
+    SMALL | {"output": {"fields": [{"at": 0.5, "what": ["sa1"]}]}}, FIBRES, FIBRES | {"afferents": [{"type": "sa1"}]},
+    FIBRES | {"afferents": [{"type": "fa2", "frequency": 200.0, "quality": 1.0, "time_constants": [1e-3],
                               "membrane_time": 2e-3, "gains": [[0.5, -0.0]], "after": [{"amplitude": -1.0, "time": 0.1}]}]},
-    FIBRES | {"afferents": [{"class": "sa1"}, {"class": "fa2", "cells": [[3, 4], [0, 8]], "endings": 2}]},
+    FIBRES | {"afferents": [{"type": "sa1"}, {"type": "fa2", "cells": [[3, 4], [0, 8]], "endings": 2}]},
     dermis.fingertip(),
 ]
 

@@ -138,7 +138,7 @@ def test_fibres_of_a_class_lie_in_its_sites_and_follow_strain_or_stress():
 
 def test_a_scene_has_fibres_that_a_skin_takes_unless_it_is_given_others():
     scene = dermis.Scene(GRID, afferents=[dermis.Afferents(model=MODEL, cells=CELLS)])
-    assert len(dermis.Scene(GRID, sites=[("sa1", 1, 1)], afferents=[{"class": "sa1"}]).afferents) == 1  # of this site
+    assert len(dermis.Scene(GRID, sites=[("sa1", 1, 1)], afferents=[{"type": "sa1"}]).afferents) == 1  # of this site
     (fibres,) = pickle.loads(pickle.dumps(scene)).afferents
     assert repr(fibres) == repr(dermis.Afferents(model=MODEL, cells=CELLS)) and dermis.Scene(GRID).afferents == []
     given, of_scene, without = skin_of(), skin_of(scene=scene, afferents=None), skin_of(scene=scene, afferents=[])
@@ -198,7 +198,7 @@ ANSWERS = [
     (lambda: dermis.afferent_model("sa2"), '"sa2"; allowed: sa1, fa1, fa2'),
     (lambda: dermis.afferent_model(), "type = (not given); allowed: a text"),
     (lambda: skin_of(afferents=[dermis.Afferents(type="sa2", cells=CELLS)]), '"sa2"; allowed: sa1, fa1, fa2'),
-    (lambda: skin_of(afferents=[dermis.Afferents(type="strain", cells=CELLS)]), 'afferents[0].class = "strain"'),
+    (lambda: skin_of(afferents=[dermis.Afferents(type="strain", cells=CELLS)]), 'afferents[0].type = "strain"'),
     (lambda: skin_of(afferents=[dermis.Afferents()]), "afferents[0].cells = (none); allowed: some cells, or sites"),
     (lambda: skin_of(afferents=[dermis.Afferents(cells=CELLS, endings=65)]), "afferents[0].endings = 65; allowed: 1 to 64"),
     (lambda: skin_of(afferents=[dermis.Afferents(cells=[(0, 25)])]), "afferents[0].cells[0] = [0, 25]"),
@@ -231,7 +231,7 @@ def test_the_parameters_of_a_class_are_those_that_were_fitted():
 
 def test_a_run_has_the_spikes_of_its_scene():
     scene = {"grid": {"width": 20, "height": 25}, "load": {"intensity": 5.0}, "time": {"step": 0.001, "duration": 0.3},
-             "afferents": [{"class": "fa1", "cells": [[10, 12], [9, 12]], "gains": [[20, 0]]}]}
+             "afferents": [{"type": "fa1", "cells": [[10, 12], [9, 12]], "gains": [[20, 0]]}]}
     result = dermis.run(scene)
     spikes = result.spikes
     assert spikes.dtype.names == ("time", "afferent") and len(spikes) > 2 and set(spikes["afferent"]) == {0, 1}

@@ -183,7 +183,7 @@ import numpy as np
 
 scene = dermis.fingertip(grid={"width": 16, "height": 12})
 cells = [(i % 16, i // 16) for i in range(192)]
-skin = dermis.Skin(scene, n=500, device=dermis.Device.cpu(1),
+skin = dermis.Skin(scene, count=500, device=dermis.Device.cpu(1),
                    afferents=[dermis.Afferents(type=q, cells=cells) for q in ("sa1", "fa1", "fa2")])
 pages = int(open("/proc/self/statm").read().split()[0])
 resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + 400_000_000,) * 2)

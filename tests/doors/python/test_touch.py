@@ -14,7 +14,7 @@ N, SIDE, CELL, RADIUS = 5, 48, 2.5e-4, 8e-3
 
 def skin(**options):
     scene = dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": CELL}, surface={"kind": "flat"})
-    return dermis.Skin(scene, n=N, **options)
+    return dermis.Skin(scene, count=N, **options)
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_a_skin_with_shear_takes_tractions_or_a_touch_with_its_own(hand):
     ruffini = skin(shear=True, sa2_stretch=(1, 0))
     ruffini.press(touch, 1e-3)
     assert ruffini["sa2"].min() < 0 < ruffini["sa2"].max() and (ruffini["sa1"] == made["sa1"]).all()
-    again = dermis.Skin(made.scene, n=N, shear=True)
+    again = dermis.Skin(made.scene, count=N, shear=True)
     again.load(made.save())
     again.press(touch, 1e-3), made.press(touch, 1e-3)
     assert (again["shear_y"] == made["shear_y"]).all()
@@ -183,7 +183,7 @@ def changing(change, at_once):
 
 
 def test_a_press_takes_a_touch_of_one_call_while_another_thread_adds():
-    made = dermis.Skin(dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": CELL}), n=64)
+    made = dermis.Skin(dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": CELL}), count=64)
     touch = contact.Touch(made, reach=1e-3)
     middles, axes, pad = np.zeros((64, 3)), np.tile(np.eye(3), (64, 1, 1)), np.arange(64)
 

@@ -227,7 +227,7 @@ def hands_agree(made, hands=64, frames=FRAMES):
     """Hands in one batch, each a frame later than the one before, have the bits of one finger alone."""
     model, pressure = load(), np.zeros((hands, HEIGHT, WIDTH), np.float32)
     fingers = [Finger(model, own, late) for late, own in enumerate(pressure)]
-    skin, wrong, pressed = dermis.Skin(scene(), n=hands), 0, 0.0
+    skin, wrong, pressed = dermis.Skin(scene(), count=hands), 0, 0.0
     for frame in range(frames):
         for finger in fingers:
             finger.step()

@@ -20,7 +20,7 @@ class HandSkin:
 
     def __init__(self, model):
         scene = dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": SPACING}, surface={"kind": "flat"})
-        self.skin = dermis.Skin(scene, n=TIPS, shear=True)
+        self.skin = dermis.Skin(scene, count=TIPS, shear=True)
         self.touch = contact.Touch(self.skin, reach=1e-3, radius_x=RADIUS, radius_y=RADIUS, shear=True)
         self.sites = [model.site(f"skin{k}").id for k in range(TIPS)]  # the pads' middles, z out of the skin
         self.pad = np.full(model.ngeom, -1)  # the pad of each geom; -1: it has none

@@ -5,7 +5,7 @@
     result = dermis.run({"surface": {"kind": "spiral"}})
     result["fa1"].mean                                  # over all cells, float64 of shape (times,)
 
-    skin = dermis.Skin(dermis.Scene.from_file("pad.toml"), n=4096)
+    skin = dermis.Skin(dermis.Scene.from_file("pad.toml"), count=4096)
     skin.press(pressure, 1e-3)                          # float32 of shape (4096, height, width), Pa; s
     skin["fa1"]                                         # float32 of shape (4096, height, width), the same memory
 
@@ -19,6 +19,7 @@ import importlib
 import itertools
 import os
 import pathlib
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NoReturn, Union
 
@@ -143,10 +144,10 @@ def _scene_with(material: AnyMaterial, name: str) -> Scene:
 
 
 class Skin(_core.Skin):
-    """A skin at rest, or n of them, pressed frame by frame. One thread at a time uses it; others wait.
+    """A skin at rest, or many of them, pressed frame by frame. One thread at a time uses it; others wait.
 
     scene: a Scene, tables by name, or a path; its load, time and output are not used.
-    n: the number of pads that are pressed together, each with a state of its own; arrays then have a first axis of
+    count: the number of pads that are pressed together, each with a state of its own; arrays then have a first axis of
     pads. A tuple, as (64, 5), makes several axes, by which pads are then named (see press). None: one pad, without
     that axis.
     device: a Device, a text that Device.open takes, or None for the CPU path.
@@ -164,19 +165,25 @@ class Skin(_core.Skin):
     neither sites nor materials of maps.
     sa2_stretch: a direction (x, y) along whose stretch of the surface SA2 answers in place of the strain, with the
     scene's sa2_adaptation; (0, 0): to the stretch all round. Needs shear.
+    n: the name of count until 1.0.
 
     copy.copy and pickle make another skin with the same state; its responses are 0, and it has no spikes, until it is
     pressed.
     """
 
     @answered
-    def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
+    def __init__(self, scene: AnyScene, count: int | Sequence[int] | None = None, *, device: Device | str | None = None,
                  responses: ReceptorType | Iterable[ReceptorType] | None = None, precision: Precision | None = None,
                  materials: Iterable[AnyMaterial] = (), hold: Hold = "linear", control: Control = "pressure",
                  afferents: Iterable[Afferents] | None = None, shear: bool = False,
-                 sa2_stretch: Sequence[float] | None = None) -> None:
+                 sa2_stretch: Sequence[float] | None = None, n: int | Sequence[int] | None = None) -> None:
+        if n is not None:
+            warnings.warn("Skin(n=..) is called Skin(count=..); n is taken until 1.0", DeprecationWarning, stacklevel=3)
+            if count is not None:
+                refuse("n", n, "none beside count")
+            count = n
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
-        super().__init__(_scene_of(scene), n, device, names, precision,
+        super().__init__(_scene_of(scene), count, device, names, precision,
                          [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control,
                          None if afferents is None else list(afferents), shear, sa2_stretch)
 
@@ -186,7 +193,7 @@ class Skin(_core.Skin):
     def spikes(self) -> np.ndarray[Any, np.dtype[np.void]]:
         """Return the spikes of the last call that pressed, as an array of its own of shape (spikes,).
 
-        Fields: pad, of n = (E, P) the number e*P + p, from which np.unravel_index makes (e, p); afferent, the number of the fibre, from 0 on;
+        Fields: pad, of count = (E, P) the number e*P + p, from which np.unravel_index makes (e, p); afferent, the number of the fibre, from 0 on;
         frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the fibre fired at this share of
         the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
         by fibre, by time. Empty without afferents and before the first press.
