@@ -52,7 +52,7 @@ def page_of_python():
             thing = getattr(dermis if module == "dermis" else dermis.contact, name)
             if inspect.isclass(thing):
                 page += [f".. autoclass:: {module}.{name}", "   :members:",
-                         "   :inherited-members: object, dict, BaseException, Exception, RuntimeError", ""]
+                         "   :inherited-members: object, dict, BaseException, Exception, RuntimeError, ValueError", ""]
             elif callable(thing):
                 page += [f".. autofunction:: {module}.{name}", ""]
     return "\n".join(page)
