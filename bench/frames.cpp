@@ -44,7 +44,7 @@ FrameScene::FrameScene(int n, const Material& material) {
     skin.surface.map = surface;
     SkinOptions options;
     options.precision = Precision::f32;
-    streamed = plan::streamed_skin(skin, options);
+    streamed = model::streamed_skin(skin, options);
     for (int i = 0; i < ring; ++i) {
         const Floats& f = frames.emplace_back(cells());
         for (size_t k = 0; k < cells(); ++k) f.data()[k] *= float(i % 2 ? 1 : -0.5);
@@ -78,9 +78,9 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     : scene_(scene), context_(std::move(context)), shader_(shader) {
     using vulkan::Buffer;
     const VkDeviceSize map = scene.cells() * sizeof(float);
-    const plan::PreparedSkin& skin = scene.skin();
+    const model::PreparedSkin& skin = scene.skin();
     std::vector<f32::Coefficients> table(skin.materials.size());
-    if (!plan::fill_table<f32>(skin.materials, skin.chain, skin.rule, {scene.dt}, table.data()))
+    if (!model::fill_table<f32>(skin.materials, skin.chain, skin.rule, {scene.dt}, table.data()))
         throw std::logic_error("table");
     const VkDeviceSize planes = VkDeviceSize(scene.streamed.variant().state().planes());
     for (int i = 0; i < buffers; ++i)
@@ -122,7 +122,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
                   "vkCreateQueryPool");
     Buffer staging(*context_, std::max<VkDeviceSize>(map, b(coefficients).bytes), Buffer::Location::host);
-    const std::vector<float> rest_map = plan::padded_rest_curvature<float>(scene.skin());
+    const std::vector<float> rest_map = model::padded_rest_curvature<float>(scene.skin());
     vulkan::Recording recording(*context_);
     const auto upload = [&](int i, const void* values) {
         const VkBufferCopy region{0, 0, b(i).bytes};
@@ -161,9 +161,9 @@ template <class Record> double VulkanFrames::timed(Record&& record) {
 }
 
 double VulkanFrames::press(int count) {
-    const plan::PreparedSkin& skin = scene_.skin();
-    const auto c = plan::frame_constants(
-        skin, plan::rounded<f32>(plan::exact_coefficients(skin.materials[0], skin.rule, scene_.dt))); // of one element
+    const model::PreparedSkin& skin = scene_.skin();
+    const auto c = model::frame_constants(skin, model::rounded<f32>(model::exact_coefficients(
+                                                    skin.materials[0], skin.rule, scene_.dt))); // of one element
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {

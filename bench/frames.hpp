@@ -13,8 +13,8 @@ namespace bench {
 
 struct FrameScene {
     explicit FrameScene(int n, const dermis::Material& = {});
-    dermis::plan::StreamedSkin streamed;
-    const dermis::plan::PreparedSkin& skin() const { return streamed.skin; }
+    dermis::model::StreamedSkin streamed;
+    const dermis::model::PreparedSkin& skin() const { return streamed.skin; }
     double dt = 0.01;           // s, from frame to frame
     std::vector<Floats> frames; // pitch*height each, used cyclically
     size_t cells() const { return skin().padded_cells(); }

@@ -316,7 +316,7 @@ void streamed_frames_on_device(Bench& bench, int n) { StreamedFrames(bench, n, C
 namespace {
 
 // Means alone of a constant map by `moments`, beside a read of the memory in the same rounds.
-void add_moments(Bench& bench, const plan::PreparedRun& prepared, int n, int threads) {
+void add_moments(Bench& bench, const model::PreparedRun& prepared, int n, int threads) {
     Measurement r = bench.cpu("held-map", n, threads);
     r.model = "moments";
     r.precision = "f64";
@@ -327,9 +327,9 @@ void add_moments(Bench& bench, const plan::PreparedRun& prepared, int n, int thr
         const auto& [skin, schedule] = prepared;
         const auto stepper =
             reduced::separable(skin, schedule, reduced::moments_of(skin, schedule, false, threads), false,
-                               [&](auto&, const plan::Sample& sample) { last += sample.totals[1].mean; });
-        plan::Timeline timeline(schedule, skin);
-        for (plan::Step step; timeline.next(step);) stepper->press(step);
+                               [&](auto&, const model::Sample& sample) { last += sample.totals[1].mean; });
+        model::Timeline timeline(schedule, skin);
+        for (model::Step step; timeline.next(step);) stepper->press(step);
     };
     Limits memory(threads);
     const auto timings =
@@ -353,7 +353,7 @@ void constant_map(Bench& bench) {
         s.load.radius = n;
         s.output.extremes = false;
         s = with_maps(s);
-        const plan::PreparedRun prepared = plan::prepare_run(s);
+        const model::PreparedRun prepared = model::prepare_run(s);
         for (int t : {1, bench.cores}) add_moments(bench, prepared, n, t);
         if (n > 512) continue;
         for (bool vulkan : {false, true}) {

@@ -49,7 +49,7 @@ struct Worst {
 class Reference {
   public:
     Reference(const FrameScene& scene, int presses)
-        : scene_(scene), presses_(presses), rest_(dermis::plan::padded_rest_curvature<float>(scene.skin())),
+        : scene_(scene), presses_(presses), rest_(dermis::model::padded_rest_curvature<float>(scene.skin())),
           k_(native::exact_step(scene.skin().materials[0].modulus, scene.skin().materials[0].viscosity, scene.dt)),
           n_(size_t(scene.skin().width())), pitch_(size_t(scene.skin().pitch)), height_(size_t(scene.skin().height())) {
     }
@@ -120,9 +120,9 @@ NativeFrames::NativeFrames(const FrameScene& scene, int threads, Way way)
       integral_(scene.cells()), responses_{Floats(scene.cells()), Floats(scene.cells()), Floats(scene.cells()),
                                            Floats(scene.cells())},
       way_(way) {
-    const dermis::plan::PreparedSkin& skin = scene.skin();
+    const dermis::model::PreparedSkin& skin = scene.skin();
     const dermis::scene::Element& material = skin.materials[0];
-    const std::vector<float> rest = dermis::plan::padded_rest_curvature<float>(skin);
+    const std::vector<float> rest = dermis::model::padded_rest_curvature<float>(skin);
     std::copy(rest.begin(), rest.end(), rest_.data());
     const size_t pitch = size_t(skin.pitch), strain_pitch = pitch + 2 * native::lanes;
     std::fill_n(strain_.data(), strain_pitch * size_t(skin.height()), 0.0f);

@@ -82,7 +82,7 @@ PoclFrames::PoclFrames(const FrameScene& scene, cl_device_id device, bool past_c
     context_ = made(clCreateContext(nullptr, 1, &device_, nullptr, nullptr, &status), status, "clCreateContext");
     queue_ = made(clCreateCommandQueue(context_, device_, 0, &status), status, "clCreateCommandQueue");
     compile(past_caches);
-    const std::vector<float> rest_map = dermis::plan::padded_rest_curvature<float>(scene.skin());
+    const std::vector<float> rest_map = dermis::model::padded_rest_curvature<float>(scene.skin());
     for (int i = 0; i < buffers; ++i) {
         float* map;
         if (i < frames_) {

@@ -52,11 +52,11 @@ class NativePads {
           rest_(pitch_), scratch_(size_t(pool_.threads()), std::vector<float>(2 * pitch_)) {
         SkinOptions options;
         options.precision = Precision::f32;
-        const plan::StreamedSkin skin = plan::streamed_skin(d, options);
+        const model::StreamedSkin skin = model::streamed_skin(d, options);
         const auto width = size_t(d.grid.width);
         for (size_t y = 0; y * width < cells_; ++y) {
             std::vector<double> row(width);
-            plan::rest_curvature_row(skin.skin, int(y), 0, int(width), row.data());
+            model::rest_curvature_row(skin.skin, int(y), 0, int(width), row.data());
             std::ranges::transform(row, rest_.begin() + long(y * width), [](double x) { return float(x); });
         }
         for (auto& inside : inside_) inside.assign(pitch_, 0);
@@ -101,9 +101,9 @@ class NativePads {
     }
 
   private:
-    static native::PadStep step_of(const plan::StreamedSkin& s) {
-        const auto k = plan::rounded<f32>(plan::exact_coefficients(s.skin.materials[0], s.skin.rule, press_dt));
-        const f32::Constants c = plan::frame_constants(s.skin, k);
+    static native::PadStep step_of(const model::StreamedSkin& s) {
+        const auto k = model::rounded<f32>(model::exact_coefficients(s.skin.materials[0], s.skin.rule, press_dt));
+        const f32::Constants c = model::frame_constants(s.skin, k);
         return {.E = k.E,
                 .b = k.b,
                 .f = k.f,

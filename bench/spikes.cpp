@@ -18,7 +18,7 @@ constexpr double dt = 1e-3, frequency = 31.25; // s, Hz: 32 frames are a period
 constexpr int frames = 32, presses = 64;
 
 // Fibres of a fingertip's shares: SA1, FA1 and FA2 as 4 to 5 to 1.
-std::vector<plan::FibreKind> kinds_of(size_t n) {
+std::vector<model::FibreKind> kinds_of(size_t n) {
     return {{.model = afferent_model(Quantity::sa1), .count = n * 4 / 10},
             {.model = afferent_model(Quantity::fa1), .count = n / 2},
             {.model = afferent_model(Quantity::fa2), .count = n - n * 4 / 10 - n / 2}};
@@ -27,7 +27,7 @@ std::vector<plan::FibreKind> kinds_of(size_t n) {
 // Fibres under strains that vibrate, each with an amplitude and a phase of its own.
 class Contender {
   public:
-    Contender(std::unique_ptr<plan::FibrePopulation<f32>> fibres, double strain)
+    Contender(std::unique_ptr<model::FibrePopulation<f32>> fibres, double strain)
         : fibres_(std::move(fibres)), inputs_(frames, std::vector<float>(fibres_->count())) {
         for (size_t i = 0; i < fibres_->count(); ++i) {
             const double share = std::fmod(0.618034 * double(i), 1),
@@ -56,7 +56,7 @@ class Contender {
     } // Hz, of the last press()
 
   private:
-    std::unique_ptr<plan::FibrePopulation<f32>> fibres_;
+    std::unique_ptr<model::FibrePopulation<f32>> fibres_;
     std::vector<std::vector<float>> inputs_;
     size_t frame_ = 0, spikes_ = 0;
 };
@@ -79,7 +79,7 @@ double strain_for(double rate) {
 void spikes(Bench& bench) {
     std::vector<std::pair<Measurement, std::function<double()>>> all;
     std::vector<std::unique_ptr<Contender>> contenders;
-    const auto add = [&](Measurement r, plan::Backend& backend, size_t n, double strain) {
+    const auto add = [&](Measurement r, model::Backend& backend, size_t n, double strain) {
         auto& c = contenders.emplace_back(std::make_unique<Contender>(backend.fibres(kinds_of(n), 1), strain));
         all.emplace_back(r, [&c = *c] { return c.press(); });
     };

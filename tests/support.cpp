@@ -58,8 +58,8 @@ Scene small_scene(int width, int height) {
     return s;
 }
 
-plan::PreparedRun everything(const Scene& scene) {
-    plan::PreparedRun run = plan::prepare_run(scene);
+model::PreparedRun everything(const Scene& scene) {
+    model::PreparedRun run = model::prepare_run(scene);
     run.schedule.wanted.fill(true);
     run.schedule.keeps_maps = run.schedule.derives = true;
     return run;

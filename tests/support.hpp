@@ -39,7 +39,7 @@ std::string npy_header(const std::string& descr, const std::string& shape, const
 Scene small_scene(int width, int height);
 
 // Made ready for a march of which every map is read.
-plan::PreparedRun everything(const Scene&);
+model::PreparedRun everything(const Scene&);
 
 inline constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
 

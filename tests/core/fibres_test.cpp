@@ -235,7 +235,7 @@ TEST_CASE("substeps are as many as the fastest of filter, membrane, current and 
         f32::FibreConstants single{};
         f64::FibreConstants twice{};
         const bool both =
-            plan::fill_fibre_constants<f32>(m, dt, single) && plan::fill_fibre_constants<f64>(m, dt, twice);
+            model::fill_fibre_constants<f32>(m, dt, single) && model::fill_fibre_constants<f64>(m, dt, twice);
         return both ? std::pair{int(single.substeps), int(twice.substeps)} : std::pair{0, 0};
     };
     AfferentModel slow;

@@ -19,28 +19,28 @@ using Signals = std::array<std::vector<double>, 4>;
 constexpr const char* names[] = {"strain", "SA2", "FA1", "FA2 point", "FA2 mean"};
 
 // Frames s at times t, on a skin at rest at t[0], in double. s[0] acts from t[0] on.
-Signals stepped(const std::vector<plan::Element>& chain, const std::vector<double>& t, const std::vector<double>& s,
+Signals stepped(const std::vector<model::Element>& chain, const std::vector<double>& t, const std::vector<double>& s,
                 Hold hold) {
     const bool spring = chain.back().viscosity == 0, bent = hold == Hold::parabolic;
-    const plan::ResponseRule rule{.sa2_adaptation = INFINITY, .step_mean = false};
-    const plan::StateShape shape{.elements = chain.size() - spring, .spring = spring, .previous = bent};
-    std::vector<f64::Sum> before(plan::SingleCell<f64>::sums(shape)), after(before);
+    const model::ResponseRule rule{.sa2_adaptation = INFINITY, .step_mean = false};
+    const model::StateShape shape{.elements = chain.size() - spring, .spring = spring, .previous = bent};
+    std::vector<f64::Sum> before(model::SingleCell<f64>::sums(shape)), after(before);
     Signals all;
     for (std::vector<double>& signal : all) signal.assign(1, 0);
     for (size_t n = 1; n < t.size(); ++n) {
         const double dt = t[n] - t[n - 1], earlier = bent && n > 1 ? t[n - 1] - t[n - 2] : 0;
         std::vector<f64::Coefficients> own, past;
-        for (const plan::Element& e : chain) {
-            own.push_back(plan::exact_coefficients(e, rule, dt));
-            past.push_back(plan::bend(own.back(), e, rule, dt, earlier));
+        for (const model::Element& e : chain) {
+            own.push_back(model::exact_coefficients(e, rule, dt));
+            past.push_back(model::bend(own.back(), e, rule, dt, earlier));
         }
-        for (auto* joined : {&own, &past}) plan::join_loads<f64>(joined->data(), chain.size(), spring, dt);
+        for (auto* joined : {&own, &past}) model::join_loads<f64>(joined->data(), chain.size(), spring, dt);
         std::vector<f64::LaneCoefficients> lanes;
         for (size_t e = 0; e < chain.size(); ++e) {
             lanes.push_back(f64::lanes_of(own[e]));
             if (bent) lanes.push_back(f64::lanes_of(past[e]));
         }
-        const auto step = f64::step_of(plan::SingleCell<f64>{shape, lanes.data(), before.data(), after.data()},
+        const auto step = f64::step_of(model::SingleCell<f64>{shape, lanes.data(), before.data(), after.data()},
                                        f64::load(s[n - 1], s[n] - s[n - 1], 0));
         before = after;
         const double values[] = {step.motion.strain, step.integral, step.motion.rate, step.motion.acceleration};
@@ -57,7 +57,7 @@ template <class Load> std::vector<double> sampled(const std::vector<double>& t, 
 
 // The same under a load, by so many lines between frames, some of which end at its knots.
 template <class Load>
-Signals truth(const std::vector<plan::Element>& chain, const std::vector<double>& t, Load load,
+Signals truth(const std::vector<model::Element>& chain, const std::vector<double>& t, Load load,
               const std::vector<double>& knots = {}) {
     constexpr int parts = 256;
     std::vector<double> fine = knots;
@@ -74,12 +74,12 @@ Signals truth(const std::vector<plan::Element>& chain, const std::vector<double>
 }
 
 // Under 1 + sin(2 pi f t), in closed form.
-Signals truth_of_sine(const std::vector<plan::Element>& chain, const std::vector<double>& t, double f) {
+Signals truth_of_sine(const std::vector<model::Element>& chain, const std::vector<double>& t, double f) {
     const double w = 2 * std::numbers::pi * f;
     Signals all;
     for (std::vector<double>& signal : all) signal.assign(t.size(), 0);
     for (size_t n = 0; n < t.size(); ++n)
-        for (const plan::Element& element : chain) {
+        for (const model::Element& element : chain) {
             const double E = element.modulus, eta = element.viscosity, k = E / eta, D = k * k + w * w,
                          s = std::sin(w * t[n]), c = std::cos(w * t[n]), e = std::exp(-k * t[n]);
             all[0][n] += (1 - e) / E + (k * s - w * c + w * e) / D / eta;
@@ -115,7 +115,7 @@ std::array<double, 5> errors(const std::vector<double>& t, const Signals& found,
     return all;
 }
 
-const std::vector<plan::Element> stiff = {{2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}};
+const std::vector<model::Element> stiff = {{2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}};
 
 // A skin of one cell, which has no curvature, so that responses are the signals themselves.
 SkinDescription one_cell() {
@@ -196,7 +196,7 @@ TEST_CASE("parabolas are closer to ramps between frames and contacts than lines,
 
 TEST_CASE("a load that is a parabola in time is pressed exactly, whatever the steps") {
     const Validated vulkan;
-    const std::vector<plan::Element> chains[] = {
+    const std::vector<model::Element> chains[] = {
         {{2, 0.05}}, {{0, 3}}, {{3, 0.004}, {2, 0.9}, {5, 0}}, {{1, 400}, {0, 7}}};
     std::vector<double> t(1, 0);
     for (int n = 0; n < 20; ++n) t.push_back(t.back() + 0.004 * double(1 + n * n % 5));
@@ -209,15 +209,15 @@ TEST_CASE("a load that is a parabola in time is pressed exactly, whatever the st
             CAPTURE(&chain - chains);
             CAPTURE(device.info().name);
             SkinDescription d = one_cell();
-            for (const plan::Element& e : chain)
+            for (const model::Element& e : chain)
                 if (e.viscosity == 0) d.material.spring = e.modulus;
                 else if (e.modulus == 0 && chain.size() > 1) d.material.dashpot = e.viscosity;
                 else d.material.elements.push_back({e.modulus, e.viscosity});
             SkinOptions options;
             options.hold = Hold::parabolic;
             Skin skin(device, d, options);
-            std::vector<plan::Element> viscous = chain;
-            std::erase_if(viscous, [](const plan::Element& e) { return e.viscosity == 0; });
+            std::vector<model::Element> viscous = chain;
+            std::erase_if(viscous, [](const model::Element& e) { return e.viscosity == 0; });
             Signals expected = truth(viscous, t, load);
             for (size_t n = 1; n < t.size() && viscous.size() < chain.size(); ++n) {
                 const auto area = [](double x) { return (1.5 + 40.0 / 3 * x) * x * x; };

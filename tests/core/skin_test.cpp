@@ -175,7 +175,7 @@ TEST_CASE(
     for (size_t i = 0; i < cells; ++i)
         stencil.surface.map.edit()[i] = std::sin(double(i % 45)) + double(i / 45 % 4) / 3;
     SkinDescription given = stencil, other = stencil;
-    given.surface.curvature = plan::laplacian(stencil.surface.map, stencil.grid, STENCIL_FIVE_POINT, EDGES_MIRROR);
+    given.surface.curvature = model::laplacian(stencil.surface.map, stencil.grid, STENCIL_FIVE_POINT, EDGES_MIRROR);
     other.surface.curvature = std::vector<double>(cells, 0.25);
     const std::vector<Quantity> what = {Quantity::sa1, Quantity::fa1};
     SkinOptions options;

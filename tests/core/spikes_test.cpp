@@ -70,7 +70,7 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
     for (const Device& device : spiking_devices(vulkan)) {
         const SkinDescription d = finger();
         Skin skin(device, d, spiking());
-        std::vector<plan::FibreKind> kinds;
+        std::vector<model::FibreKind> kinds;
         for (const Afferents& a : three_classes())
             kinds.push_back({.model = afferent_model(a.type),
                              .count = a.cells.size() / size_t(a.endings),

@@ -43,8 +43,8 @@ TEST_CASE("coefficients are within a few units of 2^-53 over all moduli, times a
            worst_i2 = 0, worst_decay = 0;
     for (int i = 0; i < 40000; ++i) {
         const double E = decades(-9, 9), eta = E * decades(-12, 12), dt = decades(-9, 6);
-        const auto k = plan::exact_coefficients({E, eta}, {INFINITY, false}, dt),
-                   mean = plan::exact_coefficients({E, eta}, {INFINITY, true}, dt);
+        const auto k = model::exact_coefficients({E, eta}, {INFINITY, false}, dt),
+                   mean = model::exact_coefficients({E, eta}, {INFINITY, true}, dt);
         const Long q = Long(dt) / eta, z = E * q;
         double &of_b = z > 1 ? worst_b_slow : worst_b, &of_mean = z > 1 ? worst_mean_slow : worst_mean;
         of_b = std::max(of_b, units(k.b, q * phi_reference(1, z)));
@@ -67,12 +67,12 @@ TEST_CASE("coefficients are within a few units of 2^-53 over all moduli, times a
 }
 
 TEST_CASE("modulus 0 and viscosity 0 are limits, not errors") {
-    const auto dashpot = plan::exact_coefficients({0, 2}, {INFINITY, false}, 0.5);
+    const auto dashpot = model::exact_coefficients({0, 2}, {INFINITY, false}, 0.5);
     CHECK(dashpot.b == 0.25);
     CHECK(dashpot.i0 == 0.5);
     CHECK(dashpot.i1 == 0.0625);
     CHECK(dashpot.v0 == 0.5);
-    const auto spring = plan::exact_coefficients({4, 0}, {INFINITY, true}, 0.5);
+    const auto spring = model::exact_coefficients({4, 0}, {INFINITY, true}, 0.5);
     CHECK(spring.b == 0.25);
     CHECK(spring.f == 0.25);
     CHECK(spring.i0 == 0);
@@ -81,7 +81,7 @@ TEST_CASE("modulus 0 and viscosity 0 are limits, not errors") {
     CHECK(spring.v0 == 0);
     CHECK(spring.v1 == 0.5);
     f64::Coefficients bent = spring; // the pressure bows by (ds - past)/2, from 0 at the start to 0 at the end
-    const f64::Coefficients past = plan::bend(bent, {4, 0}, {INFINITY, true}, 0.5, 0.5);
+    const f64::Coefficients past = model::bend(bent, {4, 0}, {INFINITY, true}, 0.5, 0.5);
     CHECK(bent.f == spring.f);
     CHECK(past.f == 0);
     CHECK(past.v1 == -0.25);
@@ -110,8 +110,8 @@ TEST_CASE("frames on a parabola give its strain, integral, rate and acceleration
             most = std::max(most, double(std::abs(Long(x) - reference) / (scale * (1 + 1 / (u * u)))));
         };
         for (bool mean : {false, true}) {
-            f64::Coefficients k = plan::exact_coefficients({E, eta}, {INFINITY, mean}, dt);
-            const f64::Coefficients p = plan::bend(k, {E, eta}, {INFINITY, mean}, dt, before);
+            f64::Coefficients k = model::exact_coefficients({E, eta}, {INFINITY, mean}, dt);
+            const f64::Coefficients p = model::bend(k, {E, eta}, {INFINITY, mean}, dt, before);
             const Long of_a = std::abs(a), of_b = std::abs(b), of_c = 2 * std::abs(c);
             const auto size = [&](Long p0, Long p1, Long p2) { return of_a * p0 + of_b * p1 + of_c * p2; };
             const Long p0 = phi_reference(0, z), p1 = phi_reference(1, z), p2 = phi_reference(2, z),
@@ -139,11 +139,11 @@ TEST_CASE("an adapting integral's coefficients solve their equation, at any pair
             CAPTURE(tau);
             CAPTURE(adaptation);
             const double dt = 0.4, E = 2, eta = E * tau;
-            const auto k = plan::exact_coefficients({E, eta}, {adaptation, false}, dt);
+            const auto k = model::exact_coefficients({E, eta}, {adaptation, false}, dt);
             const int n = 20000;
             const Long h = Long(dt) / n;
             f64::Coefficients bent = k;
-            const double bow = -2 * plan::bend(bent, {E, eta}, {adaptation, false}, dt, dt).i2;
+            const double bow = -2 * model::bend(bent, {E, eta}, {adaptation, false}, dt, dt).i2;
             for (int part = 0; part < 4; ++part) { // eps(0) = 1, or s0 = 1, or ds = 1, or a bow of u*u - u
                 Long eps = part == 0, y = 0;
                 const auto slope = [&](Long t, Long e, Long v, Long& de, Long& dv) {
@@ -164,8 +164,8 @@ TEST_CASE("an adapting integral's coefficients solve their equation, at any pair
             }
             CHECK(k.leak == relative(-std::expm1(-dt / adaptation), 1e-14));
         }
-    const auto plain = plan::exact_coefficients({1.54, 1}, {INFINITY, false}, 0.01),
-               slow = plan::exact_coefficients({1.54, 1}, {1e12, false}, 0.01);
+    const auto plain = model::exact_coefficients({1.54, 1}, {INFINITY, false}, 0.01),
+               slow = model::exact_coefficients({1.54, 1}, {1e12, false}, 0.01);
     CHECK(slow.i0 == relative(plain.i0, 1e-13));
     CHECK(slow.i1 == relative(plain.i1, 1e-13));
     CHECK(plain.leak == 0);

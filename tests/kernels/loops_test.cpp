@@ -25,15 +25,15 @@ struct Seen {
 };
 
 // together: maps are read at the end alone, so that steps may be taken together.
-Seen seen(const plan::PreparedRun& run, Precision precision, int threads, const simd::Isa& isa, bool together = false) {
+Seen seen(const model::PreparedRun& run, Precision precision, int threads, const simd::Isa& isa, bool together = false) {
     Seen all;
     cpu::CpuBackend backend(threads, isa);
     const auto stepper =
-        plan::march(backend, run.skin, run.schedule, precision, [&](auto&, const plan::Sample& sample) {
-            for (const plan::Totals& t : sample.totals) all.totals.insert(all.totals.end(), {t.mean, t.min, t.max});
+        model::march(backend, run.skin, run.schedule, precision, [&](auto&, const model::Sample& sample) {
+            for (const model::Totals& t : sample.totals) all.totals.insert(all.totals.end(), {t.mean, t.min, t.max});
             all.totals.insert(all.totals.end(), sample.points.begin(), sample.points.end());
         });
-    plan::Timeline timeline(run.schedule, run.skin);
+    model::Timeline timeline(run.schedule, run.skin);
     std::vector<std::vector<double>> maps;
     double turn = 1;
     const auto read = [&] {
@@ -42,7 +42,7 @@ Seen seen(const plan::PreparedRun& run, Precision precision, int threads, const 
                       maps);
         all.maps.insert(all.maps.end(), maps.begin(), maps.end());
     };
-    for (plan::Step step; timeline.next(step); turn = -0.7 * turn) {
+    for (model::Step step; timeline.next(step); turn = -0.7 * turn) {
         if (run.schedule.framed) {
             std::vector<double> frame = run.schedule.pressure;
             for (double& p : frame) p *= turn;
@@ -168,7 +168,7 @@ class SingleSkins {
   public:
     SingleSkins(const SkinDescription& d, SkinOptions options) {
         const int pads = std::exchange(options.count, 1);
-        streamed_ = plan::streamed_skin(d, options);
+        streamed_ = model::streamed_skin(d, options);
         for (int i = 0; i < pads; ++i) {
             press_.push_back(std::make_unique<cpu::FramePress>(streamed_, 1, simd::plain));
             maps_.emplace_back();
@@ -181,7 +181,7 @@ class SingleSkins {
         std::swap(maps[0], maps[1]);
         const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
         REQUIRE(
-            plan::copy_rows({.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
+            model::copy_rows({.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
                             0, streamed_.skin.height()));
         float* responses[RESPONSE_MAPS];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
@@ -189,7 +189,7 @@ class SingleSkins {
         REQUIRE(press_[size_t(pad)]->press({0.01}, maps[0].data(), maps[1].data(), responses));
     }
     // Whether the responses of all pads are those of a stream.
-    bool same(plan::Stream& stream) const {
+    bool same(model::Stream& stream) const {
         const auto width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             for (size_t row = 0; streamed_.wanted[QUANTITY_SA1 + r] && row < press_.size() * cells() / width; ++row) {
@@ -202,7 +202,7 @@ class SingleSkins {
     }
 
   private:
-    plan::StreamedSkin streamed_;
+    model::StreamedSkin streamed_;
     std::vector<std::unique_ptr<cpu::FramePress>> press_;
     std::vector<std::array<cpu::Plane<float>, 2 + RESPONSE_MAPS>> maps_; // pressures before and after, responses
 };
@@ -437,7 +437,7 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
             SkinOptions options;
             options.precision = c.precision;
             options.hold = c.hold;
-            const plan::StreamedSkin streamed = plan::streamed_skin(skin, options);
+            const model::StreamedSkin streamed = model::streamed_skin(skin, options);
             const size_t map = streamed.skin.padded_cells();
             const auto pressed = [&](const simd::Isa& isa, int threads, size_t shift) {
                 cpu::FramePress press(streamed, threads, isa);
@@ -451,7 +451,7 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
                 }
                 for (size_t step = 0; step < 3; ++step) {
                     for (float& p : frames[step % 2]) p = number(again);
-                    plan::FrameStep length{0.01};
+                    model::FrameStep length{0.01};
                     if (c.hold == Hold::parabolic) length.before = step > 0 ? 0.01 : 0;
                     REQUIRE(press.press(length, frames[1 - step % 2].data(), frames[step % 2].data(), responses));
                 }
@@ -507,12 +507,12 @@ TEST_CASE("pads of every shape have the bits of single skins whose rows are step
                     d.edges = edges;
                     options.count = pads;
                     SingleSkins single(d, options);
-                    std::vector<std::unique_ptr<plan::Stream>> batches;
+                    std::vector<std::unique_ptr<model::Stream>> batches;
                     for (const simd::Isa* isa : simd::isas())
-                        batches.push_back(cpu::pad_stream(plan::streamed_skin(d, options), 2, *isa));
+                        batches.push_back(cpu::pad_stream(model::streamed_skin(d, options), 2, *isa));
                     const double dt = 0.01;
                     for (const std::vector<int>& list : lists) {
-                        const plan::PadList some{.ids = list.data(), .count = list.size()};
+                        const model::PadList some{.ids = list.data(), .count = list.size()};
                         std::vector<float> pressure(list.size() * single.cells());
                         for (float& p : pressure) p = number(random);
                         for (size_t i = 0; i < list.size(); ++i)
@@ -554,7 +554,7 @@ TEST_CASE("every instruction set and number of threads gives the bits of plain l
                     const Precision precision = variant == 5  ? Precision::f64
                                                 : variant & 2 ? Precision::f32_compensated
                                                               : Precision::f32;
-                    plan::PreparedRun run = everything(s);
+                    model::PreparedRun run = everything(s);
                     run.schedule.framed = (variant & 4) != 0;
                     const Seen plain = seen(run, precision, 1, simd::plain);
                     for (const simd::Isa* isa : simd::isas())
@@ -593,7 +593,7 @@ TEST_CASE("steps taken together by bands of rows have the bits of steps taken on
         s.output.fields = {{0.12, {Quantity::sa1}}, {0.4, {Quantity::fa1}}};
         if (c.materials)
             for (int i = 0; i < c.width * c.height; ++i) s.material.modulus_map.edit().push_back(1 + i / 700 % 3);
-        const plan::PreparedRun run = everything(s);
+        const model::PreparedRun run = everything(s);
         const Seen one = seen(run, c.precision, 1, simd::plain);
         for (int threads : {1, 2, 3}) {
             CAPTURE(threads);

@@ -144,18 +144,18 @@ TEST_CASE("cells that are never pressed are left out, with the same bits") {
             if (kind == Load::Kind::map) s.load.map.edit().assign(300 * 90, 0.0); // nothing at all is pressed
             else s.load.center = Cell{210, 11}, s.load.radius = 9;
             s.load.envelope.kind = Envelope::Kind::sine;
-            const plan::PreparedRun part = everything(s);
-            plan::Schedule whole = part.schedule;
+            const model::PreparedRun part = everything(s);
+            model::Schedule whole = part.schedule;
             whole.pressed = part.skin.whole();
             CHECK(part.schedule.pressed.last_row - part.schedule.pressed.first_row < 30);
-            std::vector<plan::Sample> samples[2];
+            std::vector<model::Sample> samples[2];
             std::vector<std::vector<double>> fields[2];
             for (int i = 0; i < 2; ++i) {
-                const plan::Schedule& schedule = i ? whole : part.schedule;
+                const model::Schedule& schedule = i ? whole : part.schedule;
                 const auto stepper = march(device, part.skin, schedule, Precision::f32,
                                            [&, i](auto&, auto& sample) { samples[i].push_back(sample); });
-                plan::Timeline timeline(schedule, part.skin);
-                for (plan::Step step; timeline.next(step);) stepper->press(step);
+                model::Timeline timeline(schedule, part.skin);
+                for (model::Step step; timeline.next(step);) stepper->press(step);
                 stepper->read(what, fields[i]);
                 stepper->finish();
             }
@@ -524,14 +524,14 @@ TEST_CASE("the test of a march steps its very variant: what is wrong along parab
         return changed;
     };
     cpu::CpuBackend right(1), wrong(1, isa);
-    for (const plan::Chain& chain : {plan::Chain{}, {.length = 3, .spring = true}}) {
-        plan::Variant v{.compensated = true,
-                        .materials = true,
-                        .framed = true,
-                        .bent = true,
-                        .chain = chain,
-                        .keeps_strain = chain.length > 1,
-                        .wanted = {true, true, false, false, true}};
+    for (const model::Chain& chain : {model::Chain{}, {.length = 3, .spring = true}}) {
+        model::Variant v{.compensated = true,
+                         .materials = true,
+                         .framed = true,
+                         .bent = true,
+                         .chain = chain,
+                         .keeps_strain = chain.length > 1,
+                         .wanted = {true, true, false, false, true}};
         CHECK(marches_exactly(right, v));
         CHECK_FALSE(marches_exactly(wrong, v));
         v.bent = false;

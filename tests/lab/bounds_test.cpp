@@ -29,7 +29,7 @@ double strain_at(double t) { return -std::expm1(-t); }
 template <class K> double mean_of(const std::vector<double>& values) {
     std::vector<typename K::Summary> tiles;
     for (double v : values) tiles.push_back(K::summary_of(typename K::real(v)));
-    return plan::total_of<K>(tiles.data(), tiles.size(), tiles.size()).mean;
+    return model::total_of<K>(tiles.data(), tiles.size(), tiles.size()).mean;
 }
 
 } // namespace
@@ -239,7 +239,7 @@ TEST_CASE("the cell of the fastest change tells, though others that are pressed 
     s.load.interval = s.time.step = 0.1;
     s.time.duration = 4;
     s.output.traces = {Quantity::fa1};
-    const plan::PreparedRun run = everything(s);
+    const model::PreparedRun run = everything(s);
     const double rate = 0.9 / 1 * 0.5; // of the probe: its pressure over the viscosity, and more than half of it
     CHECK(planner::measured_peaks(run.skin, run.schedule).all[QUANTITY_FA1] >= rate);
     CHECK(run.schedule.changed_most == 7777);
@@ -278,24 +278,25 @@ TEST_CASE("of a sum of loads means and extremes are measured, and what is not me
 }
 
 TEST_CASE("a mean, a least or a greatest number that is not the map's is found") {
-    struct Still : plan::Stepper { // a run whose maps are 0
+    struct Still : model::Stepper { // a run whose maps are 0
         void frame(const std::vector<double>&) override {}
-        void press(const plan::Step&) override {}
+        void press(const model::Step&) override {}
         void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
             maps.assign(what.size(), std::vector<double>(40 * 30));
         }
     } still;
     Scene s = small_scene(40, 30);
     s.output.traces = {Quantity::sa1};
-    for (double plan::Totals::*total : {&plan::Totals::mean, &plan::Totals::min, &plan::Totals::max}) {
-        plan::PreparedRun run = everything(s);
+    for (double model::Totals::*total : {&model::Totals::mean, &model::Totals::min, &model::Totals::max}) {
+        model::PreparedRun run = everything(s);
         const planner::Peaks peaks = planner::measured_peaks(run.skin, run.schedule);
         Candidate taken;
         const auto witness = witness_of(run, taken, peaks);
-        plan::Timeline timeline(run.schedule, run.skin);
-        for (plan::Step step; timeline.next(step);) {
+        model::Timeline timeline(run.schedule, run.skin);
+        for (model::Step step; timeline.next(step);) {
             if (step.trace < 0) continue;
-            plan::Sample sample{.totals = {}, .points = std::vector<double>(run.schedule.points.size() * REDUCED_MAPS)};
+            model::Sample sample{.totals = {},
+                                 .points = std::vector<double>(run.schedule.points.size() * REDUCED_MAPS)};
             sample.totals[QUANTITY_SA1].*total = 0.5 * peaks.all[QUANTITY_SA1];
             witness->compare(step, sample);
             witness->read(step, still);
@@ -310,7 +311,7 @@ TEST_CASE("witnesses find a sample and a field that are wrong in one of their ce
     Scene s = small_scene(40, 30);
     s.output.traces = {Quantity::strain};
     s.output.fields = {{.at = 0, .what = {Quantity::strain}}};
-    plan::PreparedRun run = everything(s);
+    model::PreparedRun run = everything(s);
     const planner::Peaks peaks = planner::measured_peaks(run.skin, run.schedule);
     Candidate taken;
     taken.model = Model::march;
@@ -322,11 +323,11 @@ TEST_CASE("witnesses find a sample and a field that are wrong in one of their ce
         CHECK(result.measured_cells >= 2);
         return result.measured_error;
     };
-    plan::Timeline timeline(run.schedule, run.skin);
-    for (plan::Step step; timeline.next(step);) {
+    model::Timeline timeline(run.schedule, run.skin);
+    for (model::Step step; timeline.next(step);) {
         witness->advance(step.end);
         if (step.trace != 0) continue;
-        plan::Sample sample{.totals = {}, .points = std::vector<double>(run.schedule.points.size() * REDUCED_MAPS)};
+        model::Sample sample{.totals = {}, .points = std::vector<double>(run.schedule.points.size() * REDUCED_MAPS)};
         witness->compare(step, sample); // at rest all are 0
         CHECK(measured() == 0);
         witness->compare(Quantity::strain, std::vector<double>(run.skin.cells()));

@@ -414,19 +414,19 @@ TEST_CASE(
     s.time = {.step = 0.9, .duration = 2.7};
     s.output.traces = {Quantity::sa1, Quantity::fa1, Quantity::sa2};
     for (int i = 1; i < 40; ++i) s.output.fields.push_back({0.0613 * i, {Quantity::strain}});
-    const plan::PreparedRun run = plan::prepare_run(s);
+    const model::PreparedRun run = model::prepare_run(s);
     const scene::Waveform load(s.load.envelope, s.time);
-    const plan::Element& element = run.skin.materials.front();
-    plan::Timeline timeline(run.schedule, run.skin);
+    const model::Element& element = run.skin.materials.front();
+    model::Timeline timeline(run.schedule, run.skin);
     int compared = 0, impulses = 0;
-    for (plan::Step step; timeline.next(step);) {
+    for (model::Step step; timeline.next(step);) {
         if (!step.forcing) continue;
         CHECK(step.forcing->segments.size() <= 32);
         impulses += step.impulse >= 0;
         if (step.impulse >= 0) continue;
         f64::Coefficients whole = exact_coefficients(element, run.skin.rule, step.length);
-        const auto forcing = plan::forcing_over(load, step.begin, step.end, step.length, false, step.begin);
-        plan::force<f64>(whole, element, run.skin.rule, forcing);
+        const auto forcing = model::forcing_over(load, step.begin, step.end, step.length, false, step.begin);
+        model::force<f64>(whole, element, run.skin.rule, forcing);
         const f64::Coefficients k = step.coefficients_of(0, element, run.skin.rule);
         for (auto of : {&f64::Coefficients::f, &f64::Coefficients::i2, &f64::Coefficients::v1, &f64::Coefficients::a1})
             CHECK(k.*of == whole.*of);

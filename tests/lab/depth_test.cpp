@@ -151,7 +151,7 @@ TEST_CASE("what a cell adds is right to its last place, however near, deep or fa
         for (std::optional<double> poisson : {std::optional<double>(), {0.3}}) {
             CAPTURE(depth);
             const double h = 0x1p-14;
-            const plan::HalfSpace space(
+            const model::HalfSpace space(
                 {.width = 60, .height = 50, .spacing = h},
                 {depth * h, poisson ? Receptors::Kernel::strain : Receptors::Kernel::stress, poisson.value_or(0)});
             double norm = 0, squares = 0, most = 0, worst = 0;
@@ -192,9 +192,9 @@ TEST_CASE("stresses at a depth are within their bound, which is at most 100 time
                                               : i == cells / 2);
                 }
                 const bool strain = kind == 3;
-                const plan::HalfSpace first(grid, {depth * h, Receptors::Kernel::stress, 0}),
+                const model::HalfSpace first(grid, {depth * h, Receptors::Kernel::stress, 0}),
                     space(grid, {depth * h, strain ? Receptors::Kernel::strain : Receptors::Kernel::stress, nu});
-                const auto stress = plan::stresses_of(map, grid, {&first, &space}, pool)[1];
+                const auto stress = model::stresses_of(map, grid, {&first, &space}, pool)[1];
                 std::vector<long double> weights;
                 for (int i = 0; i < cells; ++i)
                     weights.push_back(oracle::below_cell(h * (i % width), h * (i / width), h, depth * h,
@@ -209,7 +209,7 @@ TEST_CASE("stresses at a depth are within their bound, which is at most 100 time
                     error = std::max(error, double(std::abs(stress[size_t(i)] - sum)));
                     peak = std::max(peak, std::abs(stress[size_t(i)]));
                 }
-                const double bound = plan::error_of_stresses(map, grid, space);
+                const double bound = model::error_of_stresses(map, grid, space);
                 CHECK(error > 0);
                 CHECK(error <= 0x1p-53 * peak + bound); // a stress is rounded to double
                 CHECK(0x1p-53 * peak + bound <= 100 * error);

@@ -208,7 +208,7 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
     for (auto [device, precision, tolerance] : {std::tuple{Device::cpu(), Precision::f64, 1e-12},
                                                 {Device::cpu(), Precision::f32, 1e-5},
                                                 {vulkan.device(), Precision::f32, 1e-5}}) {
-        plan::PreparedRun run = everything(s);
+        model::PreparedRun run = everything(s);
         run.schedule.framed = true;
         const auto stepper = march(device, run.skin, run.schedule, precision, [](auto&, auto&) {});
         const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
@@ -219,9 +219,9 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
                                                      {1e-6, -0.5}, {5, 2},       {0, 2},   {0.01, 2.1}};
         for (auto [dt, p] : presses) {
             CAPTURE(dt);
-            plan::Step step;
-            step.coefficients = std::make_shared<plan::CoefficientTable>(
-                1, plan::exact_coefficients(run.skin.materials[0], run.skin.rule, dt));
+            model::Step step;
+            step.coefficients = std::make_shared<model::CoefficientTable>(
+                1, model::exact_coefficients(run.skin.materials[0], run.skin.rule, dt));
             step.rise = 1;
             step.field = 0;
             stepper->frame({p, 2 * p, 0, p, p});

@@ -308,7 +308,7 @@ TEST_CASE("1 - exp(-z) in float loses the cell at small z, the polynomial does n
           "increments keep") {
     const float z = 1e-8f;
     CHECK((1 - std::exp(-z)) / z == 0); // the cell never moves
-    CHECK(plan::phi(1e-8).p1 == relative(1 - 0.5e-8, 1e-15));
+    CHECK(model::phi(1e-8).p1 == relative(1 - 0.5e-8, 1e-15));
 
     // strain under a held load at z = 1e-6 for 1e6 steps: a*eps + b*sigma against eps + b*(sigma - E*eps)
     const float a = float(std::exp(-1e-6)), b = float(-std::expm1(-1e-6));
@@ -371,12 +371,12 @@ TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, 
         s.material = {1, 1, {}, {}};
         s.time = {z, z * double(steps + 1)};
         s.output.traces = {q};
-        const plan::PreparedRun run = everything(s);
+        const model::PreparedRun run = everything(s);
         double value = NAN;
         const auto stepper = march(device, run.skin, run.schedule, p,
-                                   [&](auto&, const plan::Sample& sample) { value = sample.totals[size_t(q)].mean; });
-        plan::Timeline timeline(run.schedule, run.skin);
-        for (plan::Step step; timeline.next(step);) {
+                                   [&](auto&, const model::Sample& sample) { value = sample.totals[size_t(q)].mean; });
+        model::Timeline timeline(run.schedule, run.skin);
+        for (model::Step step; timeline.next(step);) {
             if (step.trace < steps) step.trace = -1; // nobody looks
             stepper->press(step);
         }

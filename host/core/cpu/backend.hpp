@@ -8,22 +8,22 @@
 namespace dermis::cpu {
 
 // The CPU path.
-class CpuBackend : public plan::Backend {
+class CpuBackend : public model::Backend {
   public:
     // threads: 0 = one per core.
     explicit CpuBackend(int threads, const simd::Isa& isa = simd::best()) : threads_(threads), isa_(isa) {}
-    plan::Capabilities capabilities() const override {
+    model::Capabilities capabilities() const override {
         const int threads = threads_ ? threads_ : simd::cores();
         return {.name = "cpu", .f64 = true, .threads = threads, .cell_step = 1.8e-9 / threads}; // measured on two cores
     }
-    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
+    std::unique_ptr<model::Stream> stream(const model::StreamedSkin& skin) override {
         return cpu::stream(skin, threads_, isa_);
     }
-    std::unique_ptr<plan::March> march(const plan::MarchPlan& plan) override {
+    std::unique_ptr<model::March> march(const model::MarchPlan& plan) override {
         return cpu::march(plan, threads_, isa_);
     }
-    std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
-                                                       size_t pads) override {
+    std::unique_ptr<model::FibrePopulation<f32>> fibres(const std::vector<model::FibreKind>& kinds,
+                                                        size_t pads) override {
         return std::make_unique<Fibres<f32>>(kinds, pads, threads_, isa_);
     }
 

@@ -37,11 +37,11 @@ template <class K> struct CellsPress {
 
 // The `place`s of planes (see Plane) that follow a state's planes: of a worker's first signal, of the rest curvature,
 // and of the first response.
-inline int signal_place(const plan::Chain& chain) {
+inline int signal_place(const model::Chain& chain) {
     return 2 * (int(chain.elements()) + 1) + (chain.length > 1 ? 2 : 0);
 }
-inline int rest_place(const plan::Chain& chain) { return signal_place(chain) + 3 * STEP_SIGNALS + 1; }
-inline int response_place(const plan::Chain& chain) { return rest_place(chain) + 1; }
+inline int rest_place(const model::Chain& chain) { return signal_place(chain) + 3 * STEP_SIGNALS + 1; }
+inline int response_place(const model::Chain& chain) { return rest_place(chain) + 1; }
 
 // The points: cells whose values are read. They are found by row.
 class PointsOfRows {
@@ -104,7 +104,7 @@ template <class K> class Cells {
     using Press = CellsPress<K>;
 
     // points: the cells whose values presses give.
-    Cells(const plan::PreparedSkin& skin, const plan::Variant& variant, const plan::PressedBox& pressed, int threads,
+    Cells(const model::PreparedSkin& skin, const model::Variant& variant, const model::PressedBox& pressed, int threads,
           const simd::Isa& isa, const std::vector<Cell>& points = {})
         : height_(skin.height()), width_(skin.width()), pitch_(skin.pitch), tiles_(skin.tiles),
           material_of_(skin.material_of), line_material_(shared_in_lines(material_of_)), variant_(variant),
@@ -157,7 +157,7 @@ template <class K> class Cells {
   private:
     State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), variant_.state()}; }
     State<real> row_state() const { // nobody reads the rate of a spring there
-        plan::StateShape shape = variant_.state();
+        model::StateShape shape = variant_.state();
         shape.strain = variant_.chain.length > 1;
         shape.rate = false;
         return {size_t(pitch_), shape};
@@ -406,8 +406,8 @@ template <class K> class Cells {
     const int height_, width_, pitch_, tiles_;
     const std::vector<int>& material_of_;
     const std::vector<int> line_material_;
-    const plan::Variant variant_;
-    const plan::PressedBox pressed_;
+    const model::Variant variant_;
+    const model::PressedBox pressed_;
     const PointsOfRows points_;
     simd::Pool pool_;
     const simd::Isa& isa_;

@@ -13,17 +13,17 @@ namespace {
 
 constexpr size_t share = 4096; // endings that a thread takes at a time
 
-int threads_for(const std::vector<plan::FibreKind>& kinds, size_t pads, int threads) {
+int threads_for(const std::vector<model::FibreKind>& kinds, size_t pads, int threads) {
     size_t all = 0;
-    for (const plan::FibreKind& k : kinds) all += k.count * k.endings;
+    for (const model::FibreKind& k : kinds) all += k.count * k.endings;
     return simd::useful_threads(4 * pads * all, threads); // a fibre's step takes longer than a cell's
 }
 
 } // namespace
 
 template <class K>
-Fibres<K>::Fibres(const std::vector<plan::FibreKind>& kinds, size_t pads, int threads, const simd::Isa& isa)
-    : plan::FibrePopulation<K>(kinds, pads, line), isa_(isa), pool_(threads_for(kinds, pads, threads)) {
+Fibres<K>::Fibres(const std::vector<model::FibreKind>& kinds, size_t pads, int threads, const simd::Isa& isa)
+    : model::FibrePopulation<K>(kinds, pads, line), isa_(isa), pool_(threads_for(kinds, pads, threads)) {
     memory_.resize((FIBRE_PLANES + 1) * this->plane_ + line);
     this->state_ = memory_.data() + (-reinterpret_cast<uintptr_t>(memory_.data()) % 64) / sizeof(real);
     this->input_ = this->state_ + FIBRE_PLANES * this->plane_;

@@ -8,12 +8,12 @@
 
 namespace dermis::cpu {
 
-template <class K> class Fibres : public plan::FibrePopulation<K> {
+template <class K> class Fibres : public model::FibrePopulation<K> {
   public:
     using real = typename K::real;
     static constexpr size_t line = 64 / sizeof(real); // numbers of a cache line
 
-    Fibres(const std::vector<plan::FibreKind>&, size_t pads, int threads, const simd::Isa&);
+    Fibres(const std::vector<model::FibreKind>&, size_t pads, int threads, const simd::Isa&);
 
   private:
     struct Task {

@@ -8,16 +8,16 @@
 namespace dermis::cpu {
 namespace {
 
-template <class K> class BandMarch : public plan::March {
+template <class K> class BandMarch : public model::March {
   public:
     using real = typename K::real;
 
-    BandMarch(const plan::MarchPlan& plan, int threads, const simd::Isa& isa)
-        : plan_(plan), skin_(plan.skin), isa_(isa), constants_(plan::constants_of<K>(skin_, plan.pressed)),
+    BandMarch(const model::MarchPlan& plan, int threads, const simd::Isa& isa)
+        : plan_(plan), skin_(plan.skin), isa_(isa), constants_(model::constants_of<K>(skin_, plan.pressed)),
           cells_(skin_, plan.variant, plan.pressed, threads, isa, plan.points),
-          rest_(plan::padded_rest_curvature<real>(skin_)) {
+          rest_(model::padded_rest_curvature<real>(skin_)) {
         if (plan.variant.framed) pressure(0) = pressure(1) = std::vector<real>(skin_.padded_cells());
-        else pressure(0) = plan::padded<real>(plan.pressure, skin_, "load.intensity");
+        else pressure(0) = model::padded<real>(plan.pressure, skin_, "load.intensity");
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
             if (plan.variant.wanted[size_t(q)] && plan.keeps_maps) make_response(q);
         batch_.reserve(slots_.size());
@@ -26,10 +26,10 @@ template <class K> class BandMarch : public plan::March {
     void frame(const std::vector<double>& map) override {
         ++to_;
         if (waiting_ > 0 && slots_[0].from + frames_kept <= to_) settle(); // the frame's memory is used again
-        pressure(to_) = plan::padded<real>(map, skin_, "load.intensity", std::move(pressure(to_)));
+        pressure(to_) = model::padded<real>(map, skin_, "load.intensity", std::move(pressure(to_)));
     }
 
-    bool press(const plan::MarchStep& step) override {
+    bool press(const model::MarchStep& step) override {
         slots_[waiting_].from = to_ - 1;
         slots_[waiting_++].step = step;
         if (waiting_ < slots_.size()) return false;
@@ -49,7 +49,7 @@ template <class K> class BandMarch : public plan::March {
         each_slot([this](Slot& slot) { make_coefficients(slot); });
         batch_.clear(); // a call that ran out of memory has left some
         for (size_t i = 0; i < count; ++i) batch_.push_back(prepared(slots_[i], i + 1 == count));
-        std::array<int, plan::steps_of_batch> changed;
+        std::array<int, model::steps_of_batch> changed;
         cells_.press(batch_, changed);
         each_slot([this](Slot& slot) { total(slot); });
         return changed_ = changed[count - 1];
@@ -69,11 +69,11 @@ template <class K> class BandMarch : public plan::March {
   private:
     // A step of a batch, with its coefficients.
     struct Slot {
-        plan::MarchStep step;
+        model::MarchStep step;
         size_t from; // the frame that the pressure runs from
         typename K::Constants constants;
         std::vector<typename K::Coefficients> table;                  // of the materials
-        std::shared_ptr<const plan::StepCoefficients> table_of;       // what it was made from
+        std::shared_ptr<const model::StepCoefficients> table_of;      // what it was made from
         std::function<void(int, typename K::Coefficients*)> fill_row; // where there is no table
         std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles;
     };
@@ -91,8 +91,8 @@ template <class K> class BandMarch : public plan::March {
     }
 
     CellsPress<K> prepared(Slot& slot, bool last) {
-        const plan::MarchStep& step = slot.step;
-        slot.constants = plan::constants_of<K>(constants_, skin_.tabled() ? nullptr : slot.table.data(), step);
+        const model::MarchStep& step = slot.step;
+        slot.constants = model::constants_of<K>(constants_, skin_.tabled() ? nullptr : slot.table.data(), step);
         CellsPress<K> p{.constants = slot.constants,
                         .table = slot.table.data(),
                         .fill_row = skin_.differs_everywhere() ? &slot.fill_row : nullptr,
@@ -117,7 +117,7 @@ template <class K> class BandMarch : public plan::March {
         for (size_t q = 0; slot.step.sample && q < REDUCED_MAPS; ++q)
             if (plan_.variant.wanted[q])
                 slot.step.sample->totals[q] =
-                    plan::total_of<K>(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells(), isa_);
+                    model::total_of<K>(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells(), isa_);
     }
 
     std::vector<real>& pressure(size_t frame) { return pressure_[frame % frames_kept]; }
@@ -128,7 +128,7 @@ template <class K> class BandMarch : public plan::March {
     void make_response(int q) {
         Plane<real>& map = response(size_t(q));
         map = Plane<real>(skin_.padded_cells(), response_place(skin_.chain) + q - QUANTITY_SA1);
-        const plan::PressedBox& box = plan_.pressed;
+        const model::PressedBox& box = plan_.pressed;
         for (int y = box.first_row; y < box.last_row; ++y)
             std::fill(map.row(y, skin_.pitch) + box.first_column(),
                       map.row(y, skin_.pitch) + box.last_column(skin_.width()), std::numeric_limits<real>::quiet_NaN());
@@ -139,7 +139,7 @@ template <class K> class BandMarch : public plan::March {
         const real* eps = cells_.strain();
         if (q == Quantity::deformation) {
             std::vector<double> surface(size_t(c.width));
-            plan::surface_row(skin_, y, surface.data());
+            model::surface_row(skin_, y, surface.data());
             for (int x = 0; x < c.width; ++x)
                 out[x] = K::flush(K::deformation_of(real(surface[size_t(x)]), eps[row(y) + size_t(x)], c.thickness));
             return;
@@ -157,9 +157,9 @@ template <class K> class BandMarch : public plan::March {
         return map.data();
     }
 
-    static constexpr size_t frames_kept = plan::steps_of_batch + 1;
-    const plan::MarchPlan plan_;
-    const plan::PreparedSkin& skin_;
+    static constexpr size_t frames_kept = model::steps_of_batch + 1;
+    const model::MarchPlan plan_;
+    const model::PreparedSkin& skin_;
     const simd::Isa& isa_;
     const typename K::Constants constants_; // of every step
     Cells<K> cells_;
@@ -167,8 +167,8 @@ template <class K> class BandMarch : public plan::March {
     size_t to_ = 1;                                       // the frame given last; frames 0 and 1 are the skin at rest
     std::vector<real> rest_;                              // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
-    std::array<std::vector<real>, 2> derived_;     // deformation and curvature, where they are read
-    std::array<Slot, plan::steps_of_batch> slots_; // of steps that wait, in order
+    std::array<std::vector<real>, 2> derived_;      // deformation and curvature, where they are read
+    std::array<Slot, model::steps_of_batch> slots_; // of steps that wait, in order
     std::vector<CellsPress<K>> batch_;
     size_t waiting_ = 0; // steps that wait to be taken in one batch
     int changed_ = ~0;   // the bits of the last step
@@ -176,7 +176,7 @@ template <class K> class BandMarch : public plan::March {
 
 } // namespace
 
-std::unique_ptr<plan::March> march(const plan::MarchPlan& plan, int threads, const simd::Isa& isa) {
+std::unique_ptr<model::March> march(const model::MarchPlan& plan, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
     threads = simd::useful_threads(plan.skin.cells(), threads);
     if (plan.precision == Precision::f64) return std::make_unique<BandMarch<f64>>(plan, threads, isa);

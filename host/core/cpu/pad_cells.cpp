@@ -18,15 +18,15 @@ size_t padded(size_t cells) { return (cells + PITCH_CELLS - 1) / PITCH_CELLS * P
 
 // Measured on 240 x 320 and 20 x 25 cells: a receptor that reads its stencil costs as much as two listed cells; with
 // this factor, which is 0.62 to 0.7 on two processors, both ways take equally long.
-bool PadCells::sparse(const plan::PreparedSkin& skin, const plan::SiteCells& cells, int threads) {
+bool PadCells::sparse(const model::PreparedSkin& skin, const model::SiteCells& cells, int threads) {
     return double(cells.cells.size() + 2 * cells.points.size()) * threads < 0.65 * double(skin.cells());
 }
 
-PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& isa)
+PadCells::PadCells(const model::StreamedSkin& s, int threads, const simd::Isa& isa)
     : variant_(s.variant()), isa_(isa), sites_(s.skin.description.sites), elements_(s.skin.materials),
-      cells_(s.skin.cells()), constants_(plan::frame_constants(s.skin, {})) {
+      cells_(s.skin.cells()), constants_(model::frame_constants(s.skin, {})) {
     std::vector<int> material;
-    const plan::SiteCells read(s.skin, {s.skin.whole()}, plan::cells_of(sites_));
+    const model::SiteCells read(s.skin, {s.skin.whole()}, model::cells_of(sites_));
     if (!sites_.empty() && sparse(s.skin, read, 1)) {
         read_ = read.cells;
         cells_ = read_.size();
@@ -55,7 +55,7 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
     }
 }
 
-void PadCells::find_neighbours(const plan::PreparedSkin& skin) {
+void PadCells::find_neighbours(const model::PreparedSkin& skin) {
     const int width = skin.width(), height = skin.height();
     guard_ = padded(cells_ + 2 * size_t(width) + PITCH_CELLS);
     edge_.assign(pitch_, 0);
@@ -69,7 +69,7 @@ void PadCells::find_neighbours(const plan::PreparedSkin& skin) {
     std::vector<double> rest(static_cast<size_t>(width));
     for (size_t cell = 0; cell < cells_; ++cell) {
         const int x = int(cell) % width, y = int(cell) / width;
-        if (x == 0) plan::rest_curvature_row(skin, y, 0, width, rest.data());
+        if (x == 0) model::rest_curvature_row(skin, y, 0, width, rest.data());
         rest_curvature_[cell] = float(rest[size_t(x)]);
         for (int axis = 0; axis < 2; ++axis) {
             const int i = axis ? y : x, step = axis ? width : 1;
@@ -139,10 +139,10 @@ void PadCells::answer(const Worker& worker, const float* strain, const std::arra
 
 void PadCells::rest(int pad) { state_.rest_row(pad, int(pitch_)); }
 
-void PadCells::read(int pad, const std::vector<plan::HeldCell>& cells, size_t planes, const float* pressure,
+void PadCells::read(int pad, const std::vector<model::HeldCell>& cells, size_t planes, const float* pressure,
                     float* to) const {
     const auto copy = [&](const float* own) {
-        for (const plan::HeldCell& c : cells) *to++ = own[held_.empty() ? c.held : held_[c.held]];
+        for (const model::HeldCell& c : cells) *to++ = own[held_.empty() ? c.held : held_[c.held]];
     };
     state_.each_plane([&](const float* plane) {
         if (planes > 0) copy(plane + size_t(pad) * pitch_), --planes;

@@ -9,21 +9,21 @@
 
 namespace dermis::cpu {
 
-using plan::StreamedSkin;
+using model::StreamedSkin;
 
 namespace {
 
 // A batch of pads, or a single skin with short rows or few sites. Each thread takes whole pads.
-class PadStream : public plan::Stream {
+class PadStream : public model::Stream {
   public:
     PadStream(const StreamedSkin& s, int threads, const simd::Isa& isa)
-        : pool_(threads), pads_(s, threads, isa), frame_(s.skin.cells()), counts_(plan::response_counts(s)),
+        : pool_(threads), pads_(s, threads, isa), frame_(s.skin.cells()), counts_(model::response_counts(s)),
           tables_(s, pads_.elements()), pad_(size_t(s.pads)) {
         for (std::vector<float>& p : pressure_) p = simd::map_of(pad_.size() * pads_.pitch(), 0.0f);
         for (size_t r = 0; r < RESPONSE_MAPS; ++r) response_[r] = simd::map_of(pad_.size() * counts_[r], 0.0f);
     }
 
-    bool take(const plan::PadList& pads, const float* pressures, bool by_number) override {
+    bool take(const model::PadList& pads, const float* pressures, bool by_number) override {
         std::atomic<bool> finite = true;
         run(pads, [&](int, size_t first, size_t last) {
             for (size_t i = first; i < last;) {
@@ -36,26 +36,26 @@ class PadStream : public plan::Stream {
 
     bool rests(int pad) const override { return pad_[size_t(pad)].rests; }
 
-    bool take_cells(const plan::PadList& pads, const float* pressures, const std::vector<size_t>& cells,
+    bool take_cells(const model::PadList& pads, const float* pressures, const std::vector<size_t>& cells,
                     size_t frame) override {
         if (!lists()) return Stream::take_cells(pads, pressures, cells, frame);
         std::atomic<bool> finite = true;
         run(pads, [&](int, size_t first, size_t last) {
             for (size_t i = first; i < last; ++i) {
                 const float* own = pressures + i * cells.size();
-                if (!plan::all_finite(own, cells.size())) finite = false;
+                if (!model::all_finite(own, cells.size())) finite = false;
                 take_listed(pads[i], [&own](size_t) { return *own++; });
             }
         });
         return finite;
     }
 
-    const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override {
+    const double* prepare(const model::PadList& pads, const model::StepLengths& dt) override {
         const DefaultFloats guard;
         return tables_.fill(pads, dt);
     }
 
-    void press(const plan::PadList& pads, const plan::StepLengths&, bool answers) override {
+    void press(const model::PadList& pads, const model::StepLengths&, bool answers) override {
         const DefaultFloats guard;
         run(pads, [&](int thread, size_t first, size_t last) {
             for (size_t i = first; i < last; i += press_some(pads, i, last, thread, answers)) {
@@ -65,7 +65,7 @@ class PadStream : public plan::Stream {
 
     const float* response(Quantity q) override { return response_[size_t(q) - QUANTITY_SA1].data(); }
 
-    void reset(const plan::PadList& pads) override {
+    void reset(const model::PadList& pads) override {
         for (size_t i = 0; i < pads.count; ++i) {
             const size_t pad = size_t(pads[i]);
             pad_[pad] = {};
@@ -75,13 +75,13 @@ class PadStream : public plan::Stream {
         }
     }
 
-    void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
+    void save(const model::PadList& pads, const model::StateMemory<char>& to) override {
         run(pads, [&](int, size_t first, size_t last) {
             for (size_t i = first; i < last; ++i) transfer(pads[i], to.strains_of(i), to.pressure_of(i));
         });
     }
 
-    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
+    void load(const model::PadList& pads, const model::StateMemory<const char>& from) override {
         run(pads, [&](int, size_t first, size_t last) {
             for (size_t i = first; i < last; ++i) {
                 pad_[size_t(pads[i])].rests = pad_[size_t(pads[i])].stays_at_rest = false;
@@ -90,7 +90,8 @@ class PadStream : public plan::Stream {
         });
     }
 
-    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) override {
+    void read(const model::PadList& pads, const std::vector<model::HeldCell>& cells, size_t planes,
+              float* to) override {
         const size_t of_pad = cells.size() * (planes + 1);
         run(pads, [&](int, size_t first, size_t last) {
             for (size_t i = first; i < last; ++i)
@@ -98,7 +99,7 @@ class PadStream : public plan::Stream {
         });
     }
 
-    void set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) override {
+    void set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) override {
         tables_.set_elements(pads, elements);
     }
 
@@ -114,7 +115,7 @@ class PadStream : public plan::Stream {
 
     // Calls some(thread, first, last) for shares of the list, places first .. last - 1, on some thread. A thread begins
     // with a part of the list that is the same in every call, as its cache may hold these pads, then helps the others.
-    template <class Some> void run(const plan::PadList& pads, Some some) {
+    template <class Some> void run(const model::PadList& pads, Some some) {
         const size_t threads = parts_.size(), share = std::max<size_t>(pads_.together(), 4);
         for (size_t p = 0; p < threads; ++p) parts_[p].next = pads.count * p / threads;
         const auto work = [&](int thread) {
@@ -129,7 +130,7 @@ class PadStream : public plan::Stream {
 
     // The number of pads of a list, from place i on, that stand side by side, start from the same side and are not at
     // rest.
-    size_t alike(const plan::PadList& pads, size_t i, size_t last, bool Pad::*at_rest) const {
+    size_t alike(const model::PadList& pads, size_t i, size_t last, bool Pad::*at_rest) const {
         const int first = pads[i], side = pad_[size_t(first)].from;
         size_t n = 1;
         while (i + n < last && size_t(pads[i + n]) == size_t(first) + n) {
@@ -154,30 +155,30 @@ class PadStream : public plan::Stream {
         float* const own = pressure_of(pad, pad_[size_t(pad)].from);
         each_listed(own, [&](size_t cell, float& p) {
             Byte* at = pressure + cell * sizeof p;
-            plan::copy_state(at, &p, 1);
+            model::copy_state(at, &p, 1);
         });
-        if (!lists()) plan::copy_state(pressure, own, frame_);
+        if (!lists()) model::copy_state(pressure, own, frame_);
     }
 
     // Takes the pressures of pads of a list, from place i on. Returns how many.
-    size_t take_some(const plan::PadList& pads, size_t i, size_t last, const float* pressure,
+    size_t take_some(const model::PadList& pads, size_t i, size_t last, const float* pressure,
                      std::atomic<bool>& finite) {
         const int pad = pads[i];
         Pad& p = pad_[size_t(pad)];
         if (lists()) {
-            if (!plan::all_finite(pressure, frame_)) finite = false;
+            if (!model::all_finite(pressure, frame_)) finite = false;
             take_listed(pad, [pressure](size_t cell) { return pressure[cell]; });
             return 1;
         }
-        p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, frame_);
+        p.stays_at_rest = p.rests && model::all_bits_zero(pressure, frame_);
         if (p.stays_at_rest) return 1;
         const size_t n = alike(pads, i, last, &Pad::rests);
-        if (!plan::copy_rows({.from = pressure,
-                              .stride = frame_,
-                              .width = frame_,
-                              .to = pressure_of(pad, 1 - p.from),
-                              .pitch = pads_.pitch()},
-                             0, int(n)))
+        if (!model::copy_rows({.from = pressure,
+                               .stride = frame_,
+                               .width = frame_,
+                               .to = pressure_of(pad, 1 - p.from),
+                               .pitch = pads_.pitch()},
+                              0, int(n)))
             finite = false;
         return n;
     }
@@ -188,11 +189,11 @@ class PadStream : public plan::Stream {
         Pad& p = pad_[size_t(pad)];
         float* const to = pressure_of(pad, 1 - p.from);
         each_listed(to, [&](size_t cell, float& number) { number = of(cell); });
-        p.stays_at_rest = p.rests && plan::all_bits_zero(to, pads_.read_cells().size());
+        p.stays_at_rest = p.rests && model::all_bits_zero(to, pads_.read_cells().size());
     }
 
     // Presses pads of a list, from place i on. Returns how many.
-    size_t press_some(const plan::PadList& pads, size_t i, size_t last, int thread, bool answers) {
+    size_t press_some(const model::PadList& pads, size_t i, size_t last, int thread, bool answers) {
         const int pad = pads[i];
         Pad& p = pad_[size_t(pad)];
         if (p.stays_at_rest) return 1;
@@ -221,7 +222,7 @@ class PadStream : public plan::Stream {
     PadCells pads_;
     const size_t frame_; // cells of a frame
     const std::array<size_t, RESPONSE_MAPS> counts_;
-    plan::StepTables tables_;
+    model::StepTables tables_;
     std::vector<Pad> pad_;
     std::vector<float> pressure_[2]; // of the cells that are stepped
     std::array<std::vector<float>, RESPONSE_MAPS> response_;
@@ -229,7 +230,7 @@ class PadStream : public plan::Stream {
 
 } // namespace
 
-std::unique_ptr<plan::Stream> pad_stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
+std::unique_ptr<model::Stream> pad_stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
     return std::make_unique<PadStream>(skin, threads, isa);
 }
 

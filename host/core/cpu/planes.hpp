@@ -56,7 +56,7 @@ template <class real> class Plane {
 template <class real> class State {
   public:
     State() = default;
-    State(size_t cells, const plan::StateShape& shape) : shape_(shape), element_(cells + gap) {
+    State(size_t cells, const model::StateShape& shape) : shape_(shape), element_(cells + gap) {
         const int strains = int(shape.elements);
         int place = 0;
         for (auto* planes : {&value_, &lost_}) {
@@ -99,7 +99,7 @@ template <class real> class State {
         }
         if (to.previous) std::copy_n(from.previous, cells, to.previous);
     }
-    // Calls f with the first row of each plane that is saved, in the order of plan::StateLayout.
+    // Calls f with the first row of each plane that is saved, in the order of model::StateLayout.
     template <class F> void each_plane(F f) const {
         for (size_t e = 0; e < shape_.elements; ++e)
             for (const auto* planes : {&value_, &lost_})
@@ -129,7 +129,7 @@ template <class real> class State {
 
   private:
     static constexpr size_t gap = Plane<real>::shift; // so that elements begin at different bits of an address
-    plan::StateShape shape_;
+    model::StateShape shape_;
     size_t element_ = 0; // the distance from an element's strains to the next element's strains
     std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
     Plane<real> strain_, rate_;                              // of chains

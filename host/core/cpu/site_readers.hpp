@@ -31,14 +31,14 @@ class SitesOfFields {
 // one number more, 0: the strain of cells at rest.
 class SitesOfCells {
   public:
-    SitesOfCells(const plan::PreparedSkin& skin, const plan::SiteCells& cells) : stencil_(skin.stencil) {
+    SitesOfCells(const model::PreparedSkin& skin, const model::SiteCells& cells) : stencil_(skin.stencil) {
         for (const Site& site : skin.description.sites)
             sites_[size_t(site.type) - QUANTITY_SA1].emplace_back(skin, cells, site.cell);
     }
     void read(const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals, const f32::Constants& c,
               const std::array<float*, RESPONSE_MAPS>& responses) const {
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            std::ranges::transform(sites_[r], responses[r], [&](const plan::SitePlace<f32>& site) {
+            std::ranges::transform(sites_[r], responses[r], [&](const model::SitePlace<f32>& site) {
                 const float gain = f32::gain_at(site.curvature(strain, stencil_, c.bend), c);
                 return f32::answer(int(r) + QUANTITY_SA1, signals[r][site.stencil.here], gain, c);
             });
@@ -46,7 +46,7 @@ class SitesOfCells {
 
   private:
     int stencil_;
-    std::array<std::vector<plan::SitePlace<f32>>, RESPONSE_MAPS> sites_;
+    std::array<std::vector<model::SitePlace<f32>>, RESPONSE_MAPS> sites_;
 };
 
 } // namespace dermis::cpu

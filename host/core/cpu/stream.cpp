@@ -11,19 +11,19 @@
 
 namespace dermis::cpu {
 
-using plan::StreamedSkin;
+using model::StreamedSkin;
 static_assert(simd::most_in_series == scene::most_in_series);
 
 FramePress::FramePress(StreamedSkin s, int threads, const simd::Isa& isa)
     : streamed_(std::move(s)), rest_(streamed_.skin.padded_cells(), rest_place(streamed_.skin.chain)),
       tables_(streamed_, streamed_.skin.materials), cells_(streamed_.skin, streamed_.variant(), streamed_.skin.whole(),
                                                            simd::useful_threads(streamed_.skin.cells(), threads), isa) {
-    std::ranges::copy(plan::padded_rest_curvature<float>(streamed_.skin), rest_.data());
-    plan::drop_maps(streamed_.skin);
+    std::ranges::copy(model::padded_rest_curvature<float>(streamed_.skin), rest_.data());
+    model::drop_maps(streamed_.skin);
     presses_.reserve(together);
 }
 
-bool FramePress::press_frames(const plan::FrameStep& step, const float* from, const float* frames, size_t count,
+bool FramePress::press_frames(const model::FrameStep& step, const float* from, const float* frames, size_t count,
                               bool answers, float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
     if (count > 1 && step.before && *step.before != step.dt) // the first frame has coefficients of its own
         return press_frames(step, from, frames, 1, false, response, response_pitch) &&
@@ -31,7 +31,7 @@ bool FramePress::press_frames(const plan::FrameStep& step, const float* from, co
                             response, response_pitch);
     if (!prepare(step)) return false;
     const DefaultFloats guard;
-    const f32::Constants constants = plan::frame_constants(streamed_.skin, *tables_.of(0));
+    const f32::Constants constants = model::frame_constants(streamed_.skin, *tables_.of(0));
     f32::Constants silent = constants;
     silent.respond = 0;
     std::array<int, together> changed;
@@ -54,7 +54,7 @@ bool FramePress::press_frames(const plan::FrameStep& step, const float* from, co
     return true;
 }
 
-bool FramePress::prepare(const plan::FrameStep& step) {
+bool FramePress::prepare(const model::FrameStep& step) {
     const DefaultFloats guard;
     double before = step.before.value_or(0);
     return !tables_.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()});
@@ -65,7 +65,7 @@ namespace {
 using Responses = std::array<float*, RESPONSE_MAPS>;
 
 // One skin. Threads share its rows.
-class SkinStream : public plan::Stream {
+class SkinStream : public model::Stream {
   public:
     SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
         : press_(skin, threads, isa), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
@@ -73,7 +73,8 @@ class SkinStream : public plan::Stream {
         const bool sites = !skin.skin.description.sites.empty();
         if (sites) {
             sites_.emplace(skin.skin.description.sites, width_);
-            held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(skin.skin.description.sites)).cells;
+            held_ =
+                model::SiteCells(skin.skin, {skin.skin.whole()}, model::cells_of(skin.skin.description.sites)).cells;
         }
         int place = response_place(skin.skin.chain);
         for (Plane<float>& side : pressure_) side = Plane<float>(skin.skin.padded_cells(), place++);
@@ -81,7 +82,7 @@ class SkinStream : public plan::Stream {
             plane = Plane<float>(cells, at);
             return plane.data();
         };
-        const auto counts = plan::response_counts(skin);
+        const auto counts = model::response_counts(skin);
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             if (skin.wanted[QUANTITY_SA1 + r]) {
                 field_[r] = made(fields_[r], cells_, place++);
@@ -89,7 +90,7 @@ class SkinStream : public plan::Stream {
             }
     }
 
-    bool take(const plan::PadList& pads, const float* pressure, bool) override {
+    bool take(const model::PadList& pads, const float* pressure, bool) override {
         return pads.count == 0 || take(pressure, pressure_[1 - from_].data());
     }
 
@@ -100,11 +101,11 @@ class SkinStream : public plan::Stream {
                          count / width_);
     }
 
-    const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override {
+    const double* prepare(const model::PadList& pads, const model::StepLengths& dt) override {
         return pads.count == 0 || press_.prepare(dt.of(pads, 0)) ? nullptr : &dt[0];
     }
 
-    void press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
+    void press(const model::PadList& pads, const model::StepLengths& dt, bool answers) override {
         if (pads.count == 0) return;
         (void)press_.press_frames(dt.of(pads, 0), pressure(), pressure_[1 - from_].data(), 1, answers, field_, width_);
         from_ = 1 - from_;
@@ -113,8 +114,8 @@ class SkinStream : public plan::Stream {
 
     bool joins_frames() const override { return width_ == pitch_; } // rows are read where they stand, up to the pitch
 
-    void press_frames(const plan::PadList& pads, const float* frames, size_t count, size_t numbers,
-                      const plan::StepLengths& dt) override {
+    void press_frames(const model::PadList& pads, const float* frames, size_t count, size_t numbers,
+                      const model::StepLengths& dt) override {
         (void)press_.press_frames(dt.of(pads, 0), pressure(), frames, count, true, field_, width_);
         take(frames + (count - 1) * numbers, pressure());
         if (sites_) sites_->read(std::to_array(field_), response_);
@@ -122,7 +123,7 @@ class SkinStream : public plan::Stream {
 
     const float* response(Quantity q) override { return response_[size_t(q) - QUANTITY_SA1]; }
 
-    void reset(const plan::PadList& pads) override {
+    void reset(const model::PadList& pads) override {
         if (pads.count == 0) return;
         press_.cells().rest();
         pressure_[from_].clear();
@@ -130,13 +131,14 @@ class SkinStream : public plan::Stream {
             for (Plane<float>& plane : *planes) plane.clear();
     }
 
-    void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override { transfer(pads, to); }
-    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override { transfer(pads, from); }
+    void save(const model::PadList& pads, const model::StateMemory<char>& to) override { transfer(pads, to); }
+    void load(const model::PadList& pads, const model::StateMemory<const char>& from) override { transfer(pads, from); }
 
-    void read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) override {
+    void read(const model::PadList& pads, const std::vector<model::HeldCell>& cells, size_t planes,
+              float* to) override {
         const auto copy = [&](const float* map) {
             size_t end = width_; // of the row: divisions would take as long as the step
-            for (const plan::HeldCell& c : cells) {
+            for (const model::HeldCell& c : cells) {
                 for (; c.cell >= end; end += width_) map += pitch_ - width_;
                 *to++ = map[c.cell];
             }
@@ -148,7 +150,7 @@ class SkinStream : public plan::Stream {
         copy(pressure());
     }
 
-    void set_elements(const plan::PadList&, const std::vector<plan::Element>& elements) override {
+    void set_elements(const model::PadList&, const std::vector<model::Element>& elements) override {
         press_.set_elements(elements);
     }
 
@@ -160,25 +162,25 @@ class SkinStream : public plan::Stream {
                          cells_ / width_);
     }
     // Copies rows on the threads of a press. Returns whether all numbers are finite.
-    bool copy_rows(const plan::PressureCopy& copy, size_t rows) {
+    bool copy_rows(const model::PressureCopy& copy, size_t rows) {
         std::atomic<bool> all = true;
         const auto some = [&](int first, int last) {
-            if (!plan::copy_rows(copy, first, last)) all = false;
+            if (!model::copy_rows(copy, first, last)) all = false;
         };
         press_.cells().pool().share(int(rows), std::ref(some)); // a reference: nothing is allocated
         return all;
     }
     // Copies the state to the caller's memory or, where that is const, from there.
-    template <class Byte> void transfer(const plan::PadList& pads, const plan::StateMemory<Byte>& saved) {
+    template <class Byte> void transfer(const model::PadList& pads, const model::StateMemory<Byte>& saved) {
         if (pads.count == 0) return;
         const size_t rows = cells_ / width_;
         Byte *strains = saved.strains, *pressed = saved.pressure;
         press_.cells().each_plane([&](float* plane) {
-            for (size_t y = 0; held_.empty() && y < rows; ++y) plan::copy_state(strains, plane + y * pitch_, width_);
+            for (size_t y = 0; held_.empty() && y < rows; ++y) model::copy_state(strains, plane + y * pitch_, width_);
             for (const size_t cell : held_)
-                plan::copy_state(strains, plane + cell / width_ * pitch_ + cell % width_, 1);
+                model::copy_state(strains, plane + cell / width_ * pitch_ + cell % width_, 1);
         });
-        for (size_t y = 0; y < rows; ++y) plan::copy_state(pressed, pressure() + y * pitch_, width_);
+        for (size_t y = 0; y < rows; ++y) model::copy_state(pressed, pressure() + y * pitch_, width_);
     }
 
     FramePress press_;
@@ -194,15 +196,15 @@ class SkinStream : public plan::Stream {
 
 // Whether a single skin is cheaper to press as one pad on one thread: its rows are short, or its sites few.
 bool as_pads(const StreamedSkin& s, int threads) {
-    const plan::PreparedSkin& skin = s.skin;
+    const model::PreparedSkin& skin = s.skin;
     const std::vector<Site>& sites = skin.description.sites;
-    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, plan::cells_of(sites)}, threads)) return true;
+    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, model::cells_of(sites)}, threads)) return true;
     return skin.width() < 96 && threads == 1;
 }
 
 } // namespace
 
-std::unique_ptr<plan::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
+std::unique_ptr<model::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
     // a batch waits for no thread to wake, so that a second one pays from 16384 cells on
     const int useful = simd::useful_threads(skin.skin.cells() * size_t(skin.pads > 1 ? 4 * skin.pads : 1), threads);

@@ -14,36 +14,36 @@ namespace dermis::vulkan {
 void need_exact_fibres(const std::shared_ptr<Context>&);
 
 // The backend on a Vulkan device that the library has opened: it presses skins by a SkinProgram.
-class VulkanBackend : public plan::Backend {
+class VulkanBackend : public model::Backend {
   public:
     explicit VulkanBackend(std::shared_ptr<Context> context) : context_(std::move(context)) {}
-    plan::Capabilities capabilities() const override {
+    model::Capabilities capabilities() const override {
         const DeviceInfo& info = context_->physical().info;
         return {.name = info.name,
                 .double_buffered = true,
                 .cell_step = info.kind == "software" ? 28e-9 : 3e-10, // measured on lavapipe; from a GPU's bandwidth
                 .dispatch = 5e-6};
     }
-    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
+    std::unique_ptr<model::Stream> stream(const model::StreamedSkin& skin) override {
         const Use use = context_->need_working();
         return std::make_unique<SkinRunner>(context_, skin);
     }
-    std::unique_ptr<plan::March> march(const plan::MarchPlan& plan) override {
+    std::unique_ptr<model::March> march(const model::MarchPlan& plan) override {
         const Use use = context_->need_working();
         return vulkan::march(plan, context_);
     }
-    bool exact(const plan::Variant& variant) override {
+    bool exact(const model::Variant& variant) override {
         std::vector<uint32_t> key = specialization(variant);
         key.push_back(2); // of a march: a stream's key ends in 0 or 1
         return context_->exact(key, [&] { return marches_exactly(*this, variant); });
     }
-    bool exact(const plan::StreamedSkin& skin) override {
+    bool exact(const model::StreamedSkin& skin) override {
         std::vector<uint32_t> key = specialization(skin.variant());
         key.push_back(!skin.skin.description.sites.empty());
         return context_->exact(key, [&] { return presses_exactly(*this, skin); });
     }
-    std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
-                                                       size_t pads) override {
+    std::unique_ptr<model::FibrePopulation<f32>> fibres(const std::vector<model::FibreKind>& kinds,
+                                                        size_t pads) override {
         const Use use = context_->need_working();
         need_exact_fibres(context_);
         return std::make_unique<Fibres>(context_, kinds, pads);
@@ -55,7 +55,7 @@ class VulkanBackend : public plan::Backend {
 };
 
 // The context of a backend that is a VulkanBackend.
-inline const std::shared_ptr<Context>& context_of(const plan::Backend& backend) {
+inline const std::shared_ptr<Context>& context_of(const model::Backend& backend) {
     return dynamic_cast<const VulkanBackend&>(backend).context();
 }
 

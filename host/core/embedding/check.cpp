@@ -24,7 +24,7 @@ std::vector<double> noise(uint32_t random) {
 
 Map sample_pressure() { return noise(99); }
 
-SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const plan::Chain& chain) {
+SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const model::Chain& chain) {
     SkinDescription d;
     d.grid = {sample_width, sample_height, {}};
     d.stencil = stencil;
@@ -66,11 +66,11 @@ SampleStream::SampleStream(const Options& v) {
                            {i * 31 % d.grid.width, i * i * 7 % d.grid.height}});
     options.count = v.pads ? 2 : 1;
     options.hold = v.hold;
-    streamed_ = plan::streamed_skin(d, options);
+    streamed_ = model::streamed_skin(d, options);
     layout_ = response_layout_of(streamed_);
 }
 
-SampleStream::SampleStream(const plan::StreamedSkin& like)
+SampleStream::SampleStream(const model::StreamedSkin& like)
     : SampleStream({.stencil = *like.skin.description.stencil,
                     .edges = *like.skin.description.edges,
                     .precision = like.precision,
@@ -87,7 +87,7 @@ std::vector<std::vector<float>> SampleStream::pressures() const {
         std::vector<float>& pads = all.emplace_back();
         for (int pad = 0; pad < streamed_.pads; ++pad) {
             const Map& map = (i + pad) % 2 ? sample_pressure() : streamed_.skin.description.surface.map;
-            const std::vector<float> own = plan::padded<float>(map, streamed_.skin, "");
+            const std::vector<float> own = model::padded<float>(map, streamed_.skin, "");
             pads.insert(pads.end(), own.begin(), own.end());
         }
     }
@@ -105,11 +105,11 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
     return pressed(*cpu::stream(streamed_, 1, simd::plain), pressures);
 }
 
-std::vector<std::vector<float>> SampleStream::pressed(plan::Stream& stream,
+std::vector<std::vector<float>> SampleStream::pressed(model::Stream& stream,
                                                       const std::vector<std::vector<float>>& pressures) const {
     const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch),
                  row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
-    const plan::PadList pads{.count = size_t(streamed_.pads)};
+    const model::PadList pads{.count = size_t(streamed_.pads)};
     std::vector<std::vector<float>> all;
     std::vector<double> before(pads.count);
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) // asked for first, so that a device ends each press with them
@@ -119,14 +119,14 @@ std::vector<std::vector<float>> SampleStream::pressed(plan::Stream& stream,
         std::vector<float> frame; // without the cells beyond the width
         for (size_t at = 0; at < pressure.size(); at += pitch)
             frame.insert(frame.end(), pressure.data() + at, pressure.data() + at + width);
-        const plan::StepLengths steps = this->steps(i, before.data());
+        const model::StepLengths steps = this->steps(i, before.data());
         (void)stream.take(pads, frame.data());
         (void)stream.prepare(pads, steps); // null: a sample's coefficients fit float
         stream.press(pads, steps);
         steps.taken(pads);
         std::vector<float>& out = all.emplace_back(layout_.all);
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
-            const plan::ResponseLayout::Range& r = layout_.of[size_t(q)];
+            const model::ResponseLayout::Range& r = layout_.of[size_t(q)];
             for (size_t k = 0; k < r.count; k += row ? pitch : r.count)
                 std::copy_n(stream.response(Quantity(q)) + (row ? k / pitch * row : k), row ? row : r.count,
                             out.data() + r.first + k);
@@ -138,7 +138,7 @@ std::vector<std::vector<float>> SampleStream::pressed(plan::Stream& stream,
 bool SampleStream::same(const float* a, const float* b) const {
     const bool fields = streamed_.skin.description.sites.empty();
     const size_t pitch = size_t(streamed_.skin.pitch), width = size_t(streamed_.skin.width());
-    for (const plan::ResponseLayout::Range& r : layout_.of)
+    for (const model::ResponseLayout::Range& r : layout_.of)
         for (size_t k = 0; k < r.count; ++k) {
             if (fields && k % pitch >= width) continue;
             if (std::memcmp(a + r.first + k, b + r.first + k, sizeof(float)) != 0) return false;

@@ -9,7 +9,7 @@
 namespace dermis {
 
 // Its size is odd; its maps are noise from below the flush limit to about 1. chain: its elements.
-SkinDescription sample_skin(Stencil, Edges, bool materials, const plan::Chain&);
+SkinDescription sample_skin(Stencil, Edges, bool materials, const model::Chain&);
 Map sample_pressure(); // Pa
 
 // The sample skin, pressed twice frame by frame.
@@ -18,7 +18,7 @@ class SampleStream {
     static constexpr int presses = 2;
     static constexpr double dt = 0.125; // s
 
-    static constexpr plan::Wanted every = {true, true, true, true, true};
+    static constexpr model::Wanted every = {true, true, true, true, true};
     struct Options {
         Stencil stencil = Stencil::five_point;
         Edges edges = Edges::mirror;
@@ -26,21 +26,21 @@ class SampleStream {
         bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
         bool pads = false;                     // a batch of two
         Hold hold = Hold::linear;
-        bool gains = true; // FA2's
-        plan::Chain chain; // elements in series, at most 10
-        plan::Wanted wanted = every;
+        bool gains = true;  // FA2's
+        model::Chain chain; // elements in series, at most 10
+        model::Wanted wanted = every;
     };
     explicit SampleStream(const Options&);
     // Makes a sample that runs the same kernels as another skin.
-    explicit SampleStream(const plan::StreamedSkin& like);
+    explicit SampleStream(const model::StreamedSkin& like);
 
-    const plan::StreamedSkin& skin() const { return streamed_; }
-    const plan::ResponseLayout& layout() const { return layout_; }
+    const model::StreamedSkin& skin() const { return streamed_; }
+    const model::ResponseLayout& layout() const { return layout_; }
     // The pressures at rest and at the end of each press: pitch*height values of each pad.
     std::vector<std::vector<float>> pressures() const;
     // The steps of press i = 0, 1. The second press of a batch has a step for each pad, which is another kernel.
     // before: of each pad.
-    plan::StepLengths steps(int i, double* before) const {
+    model::StepLengths steps(int i, double* before) const {
         static constexpr double of_pads[] = {dt, dt};
         return {.dt = of_pads,
                 .each = streamed_.pads > 1 && i > 0,
@@ -51,15 +51,15 @@ class SampleStream {
     std::array<size_t, 2> read_cells() const;
     // Presses a stream of the sample. Returns the responses after each press, laid out as layout() says. pressures: as
     // pressures() has them.
-    std::vector<std::vector<float>> pressed(plan::Stream&, const std::vector<std::vector<float>>& pressures) const;
+    std::vector<std::vector<float>> pressed(model::Stream&, const std::vector<std::vector<float>>& pressures) const;
     // The same by the plain loops.
     std::vector<std::vector<float>> expected(const std::vector<std::vector<float>>& pressures) const;
     // Whether two responses have the same bits; cells beyond the width of a field do not count.
     bool same(const float* a, const float* b) const;
 
   private:
-    plan::StreamedSkin streamed_;
-    plan::ResponseLayout layout_;
+    model::StreamedSkin streamed_;
+    model::ResponseLayout layout_;
 };
 
 } // namespace dermis

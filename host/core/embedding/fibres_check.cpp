@@ -14,7 +14,7 @@ constexpr int fibre_presses = 24;
 constexpr double longest = 0.03; // s: of a step that takes several of the longest dispatches
 
 // Fibres of every number of poles, with all that a fibre can have.
-std::vector<plan::FibreKind> kinds_of_check() {
+std::vector<model::FibreKind> kinds_of_check() {
     AfferentModel resonant;
     resonant.time_constants = {0.6e-3};
     resonant.frequency = 100;
@@ -34,7 +34,7 @@ std::vector<plan::FibreKind> kinds_of_check() {
 }
 
 // The spikes and the state of a population after some presses.
-std::vector<float> pressed(plan::FibrePopulation<f32>& fibres) {
+std::vector<float> pressed(model::FibrePopulation<f32>& fibres) {
     std::vector<float> all, inputs(fibres.state_size() / FIBRE_PLANES), state(fibres.state_size());
     for (int n = 0; n < fibre_presses; ++n) {
         // no sine: the numbers are the same on every machine

@@ -14,7 +14,7 @@ namespace {
 VkDescriptorBufferInfo info(const Buffer& b) { return {b.handle(), 0, b.bytes()}; }
 
 // Makes the program; throws Error::bad_input where its memory exceeds the device's, before anything is allocated.
-SkinProgram fitting(Context& context, const plan::StreamedSkin& skin) {
+SkinProgram fitting(Context& context, const model::StreamedSkin& skin) {
     SkinProgram program = program_of(context, skin, 2);
     const MemoryNeeds& n = program.memory();
     const VkDeviceSize all = n.constants.bytes + 2 * n.state.bytes + 2 * n.pressure.bytes + n.response.bytes;
@@ -28,7 +28,7 @@ SkinProgram fitting(Context& context, const plan::StreamedSkin& skin) {
 
 } // namespace
 
-SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
+SkinRunner::SkinRunner(std::shared_ptr<Context> context, const model::StreamedSkin& skin)
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
       height_(skin.skin.height()), layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
       context_(std::move(context)), program_(fitting(*context_, skin)), together_(frames_together()),
@@ -82,7 +82,7 @@ void SkinRunner::fill(Buffer& buffer, const Memory& m) {
     recording().submit();
 }
 
-bool SkinRunner::take(const plan::PadList& pads, const float* pressures, bool by_number) {
+bool SkinRunner::take(const model::PadList& pads, const float* pressures, bool by_number) {
     recording().wait(); // it reads the upload
     float* const upload = static_cast<float*>(upload_[slot_].data()) + recorded_ * frame_bytes() / sizeof(float);
     const size_t rows = size_t(height_), cells = rows * width_;
@@ -90,20 +90,20 @@ bool SkinRunner::take(const plan::PadList& pads, const float* pressures, bool by
     for (size_t i = 0; i < pads.count; ++i) {
         const float* const own = pressures + (by_number ? size_t(pads[i]) : i) * cells;
         Pad& pad = pad_[size_t(pads[i])];
-        pad.stays_at_rest = pad.rests && pads_ > 1 && plan::all_bits_zero(own, cells);
+        pad.stays_at_rest = pad.rests && pads_ > 1 && model::all_bits_zero(own, cells);
         if (pad.stays_at_rest) continue;
-        finite &= plan::copy_rows({.from = own,
-                                   .stride = width_,
-                                   .width = width_,
-                                   .to = upload + size_t(pads[i]) * rows * pitch_,
-                                   .pitch = pitch_},
-                                  0, height_);
+        finite &= model::copy_rows({.from = own,
+                                    .stride = width_,
+                                    .width = width_,
+                                    .to = upload + size_t(pads[i]) * rows * pitch_,
+                                    .pitch = pitch_},
+                                   0, height_);
     }
     return finite;
 }
 
 // Lists the pads to press in ascending order, without pads that stay at rest.
-void SkinRunner::sort(const plan::PadList& pads, const plan::StepLengths& dt) {
+void SkinRunner::sort(const model::PadList& pads, const model::StepLengths& dt) {
     listed_.clear();
     for (size_t i = 0; i < pads.count; ++i)
         if (!pad_[size_t(pads[i])].stays_at_rest) listed_.emplace_back(pads[i], dt[i]);
@@ -111,7 +111,7 @@ void SkinRunner::sort(const plan::PadList& pads, const plan::StepLengths& dt) {
     for (size_t i = 0; i < listed_.size(); ++i) std::tie(numbers_[i], steps_[i]) = listed_[i];
 }
 
-template <class F> void SkinRunner::each_part(const plan::PadList& pads, VkDeviceSize bytes, F f) const {
+template <class F> void SkinRunner::each_part(const model::PadList& pads, VkDeviceSize bytes, F f) const {
     for (size_t i = 0; i < pads.count;) {
         size_t n = 1;
         while (i + n < pads.count && pads[i + n] == pads[i] + int(n)) ++n;
@@ -120,16 +120,16 @@ template <class F> void SkinRunner::each_part(const plan::PadList& pads, VkDevic
     }
 }
 
-const double* SkinRunner::prepare(const plan::PadList& pads, const plan::StepLengths& dt) {
+const double* SkinRunner::prepare(const model::PadList& pads, const model::StepLengths& dt) {
     const DefaultFloats guard;
     return tables_.fill(pads, dt);
 }
 
-void SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bool answers) {
+void SkinRunner::press(const model::PadList& all, const model::StepLengths& dt, bool answers) {
     const Use use = context_->need_working();
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     sort(all, dt);
-    const plan::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
+    const model::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
     if (pads.count == 0) return;
     const VolkDeviceTable& vk = context_->calls();
     size_t n = std::exchange(recorded_, 0); // if something fails, begin() drops what is recorded
@@ -140,7 +140,7 @@ void SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bo
         vk.vkCmdCopyBuffer(commands, upload_[slot_].handle(), pressure_[1 - from].handle(), 1, &in);
     });
     recording().barrier();
-    const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each, .before = dt.before, .bent = dt.bent};
+    const model::StepLengths steps{.dt = steps_.data(), .each = dt.each, .before = dt.before, .bent = dt.bent};
     (void)record_press(program_, recording(), bindings_[from], pads, steps, answers); // true: prepare() has checked it
     recording().barrier();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
@@ -148,7 +148,7 @@ void SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bo
         recorded_ = n;
         return;
     }
-    const bool reads = answers && read_ != plan::Wanted{};
+    const bool reads = answers && read_ != model::Wanted{};
     if (reads) download(commands, pads, read_);
     recording().start();
     from_ = (from_ + int(n)) % 2;
@@ -159,7 +159,7 @@ void SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bo
     slot_ = 1 - slot_;
 }
 
-template <class F> void SkinRunner::each_response(const plan::PadList& pads, const plan::Wanted& which, F f) const {
+template <class F> void SkinRunner::each_response(const model::PadList& pads, const model::Wanted& which, F f) const {
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         const SkinProgram::Range r = program_.range(Quantity(q));
         if (!which[q] || r.count == 0) continue;
@@ -169,7 +169,7 @@ template <class F> void SkinRunner::each_response(const plan::PadList& pads, con
     }
 }
 
-void SkinRunner::download(VkCommandBuffer commands, const plan::PadList& pads, const plan::Wanted& which) {
+void SkinRunner::download(VkCommandBuffer commands, const model::PadList& pads, const model::Wanted& which) {
     each_response(pads, which, [&](VkDeviceSize first, VkDeviceSize bytes) {
         const VkBufferCopy out{first, first, bytes};
         context_->calls().vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
@@ -177,7 +177,7 @@ void SkinRunner::download(VkCommandBuffer commands, const plan::PadList& pads, c
 }
 
 // Copies fields from rows of the pitch to rows of the width.
-void SkinRunner::spread(const plan::PadList& pads, const plan::Wanted& which) {
+void SkinRunner::spread(const model::PadList& pads, const model::Wanted& which) {
     const size_t rows = size_t(height_);
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         std::vector<float>& dense = dense_[q - QUANTITY_SA1];
@@ -190,7 +190,7 @@ void SkinRunner::spread(const plan::PadList& pads, const plan::Wanted& which) {
 
 const float* SkinRunner::response(Quantity q) {
     const Use use = context_->need_working(); // a press that failed may have written half of a response
-    if (plan::Wanted first{}; !read_[size_t(q)]) {
+    if (model::Wanted first{}; !read_[size_t(q)]) {
         first[size_t(q)] = true;
         download(recording().begin(), {.count = pads_}, first);
         recording().submit();
@@ -201,7 +201,7 @@ const float* SkinRunner::response(Quantity q) {
     return dense.empty() ? static_cast<const float*>(download_.data()) + program_.range(q).first : dense.data();
 }
 
-void SkinRunner::reset(const plan::PadList& pads) {
+void SkinRunner::reset(const model::PadList& pads) {
     const Use use = context_->need_working();
     const VkCommandBuffer commands = recording().begin();
     const auto clear = [&](const Buffer& b, VkDeviceSize first, VkDeviceSize bytes) {
@@ -210,7 +210,7 @@ void SkinRunner::reset(const plan::PadList& pads) {
     for (const auto& [buffers, bytes] : {std::pair{state_, program_.memory().state.bytes}, {pressure_, frame_bytes()}})
         for (int i : {0, 1})
             each_part(pads, bytes / pads_, [&, &b = buffers[i]](auto first, auto n) { clear(b, first, n); });
-    plan::Wanted all;
+    model::Wanted all;
     all.fill(true);
     each_response(pads, all, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
     recording().barrier();
@@ -220,12 +220,12 @@ void SkinRunner::reset(const plan::PadList& pads) {
     spread(pads, read_);
 }
 
-void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+void SkinRunner::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     tables_.set_elements(pads, elements);
     vulkan::set_elements(program_, pads, elements);
 }
 
-template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const plan::StateMemory<Byte>& saved) {
+template <class Byte> void SkinRunner::transfer(const model::PadList& pads, const model::StateMemory<Byte>& saved) {
     constexpr bool saves = !std::is_const_v<Byte>;
     const Use use = context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
@@ -241,8 +241,8 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
             Byte *strains = saved.strains_of(i), *pressed = saved.pressure_of(i);
             for (size_t p = 0; p < layout_.planes; ++p)
                 for (size_t k = 0; k < runs; ++k)
-                    plan::copy_state(strains, state + (k * layout_.planes + p) * pitch, run);
-            for (size_t y = 0; y < rows; ++y, pressure += pitch_) plan::copy_state(pressed, pressure, width_);
+                    model::copy_state(strains, state + (k * layout_.planes + p) * pitch, run);
+            for (size_t y = 0; y < rows; ++y, pressure += pitch_) model::copy_state(pressed, pressure, width_);
         }
     };
     if (!saves) move();
@@ -261,7 +261,7 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
 
 // Downloads the rows of pressure and of a state that hold these cells. If sites read the state, its rows are single
 // cells.
-void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCell>& cells, size_t planes, float* to) {
+void SkinRunner::read(const model::PadList& pads, const std::vector<model::HeldCell>& cells, size_t planes, float* to) {
     const Use use = context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
     const size_t run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_, row = layout_.planes * pitch;
@@ -280,21 +280,21 @@ void SkinRunner::read(const plan::PadList& pads, const std::vector<plan::HeldCel
                 context_->calls().vkCmdCopyBuffer(commands, from.handle(), staging_->handle(), 1, &region);
             }
     };
-    download(state_[from_], 0, of_state, row, [&](const plan::HeldCell& c) { return c.held / run; });
+    download(state_[from_], 0, of_state, row, [&](const model::HeldCell& c) { return c.held / run; });
     download(pressure_[from_], pads_ * of_state, of_pressure, pitch_,
-             [&](const plan::HeldCell& c) { return c.cell / width_; });
+             [&](const model::HeldCell& c) { return c.cell / width_; });
     recording().submit();
     for (size_t i = 0; i < pads.count;
          ++i, state += of_state / sizeof(float), pressure += of_pressure / sizeof(float)) {
         for (size_t p = 0; p < planes; ++p)
-            for (const plan::HeldCell& c : cells) *to++ = state[c.held / run * row + p * pitch + c.held % run];
-        for (const plan::HeldCell& c : cells) *to++ = pressure[c.cell / width_ * pitch_ + c.cell % width_];
+            for (const model::HeldCell& c : cells) *to++ = state[c.held / run * row + p * pitch + c.held % run];
+        for (const model::HeldCell& c : cells) *to++ = pressure[c.cell / width_ * pitch_ + c.cell % width_];
     }
 }
 
-void SkinRunner::save(const plan::PadList& pads, const plan::StateMemory<char>& to) { transfer(pads, to); }
+void SkinRunner::save(const model::PadList& pads, const model::StateMemory<char>& to) { transfer(pads, to); }
 
-void SkinRunner::load(const plan::PadList& pads, const plan::StateMemory<const char>& saved) {
+void SkinRunner::load(const model::PadList& pads, const model::StateMemory<const char>& saved) {
     transfer(pads, saved);
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
 }

@@ -9,25 +9,25 @@
 
 namespace dermis::vulkan {
 
-class SkinRunner : public plan::Stream {
+class SkinRunner : public model::Stream {
   public:
-    SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
+    SkinRunner(std::shared_ptr<Context>, const model::StreamedSkin&);
     // All functions throw Error::device if the device is lost.
-    bool take(const plan::PadList&, const float* pressures, bool by_number) override;
+    bool take(const model::PadList&, const float* pressures, bool by_number) override;
     bool rests(int pad) const override { return pads_ > 1 && pad_[size_t(pad)].rests; }
-    const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override;
+    const double* prepare(const model::PadList& pads, const model::StepLengths& dt) override;
     // A press that does not answer is recorded, and submitted with a later one.
-    void press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
+    void press(const model::PadList&, const model::StepLengths&, bool answers) override;
     const float* response(Quantity) override;
-    void reset(const plan::PadList&) override;
-    void save(const plan::PadList&, const plan::StateMemory<char>&) override;
-    void load(const plan::PadList&, const plan::StateMemory<const char>&) override;
-    void read(const plan::PadList&, const std::vector<plan::HeldCell>&, size_t planes, float* to) override;
+    void reset(const model::PadList&) override;
+    void save(const model::PadList&, const model::StateMemory<char>&) override;
+    void load(const model::PadList&, const model::StateMemory<const char>&) override;
+    void read(const model::PadList&, const std::vector<model::HeldCell>&, size_t planes, float* to) override;
     void reserve_states() override {
         const Use use = context_->need_working();
         staging_.emplace(on_host(state_bytes(pads_)));
     }
-    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
+    void set_elements(const model::PadList&, const std::vector<model::Element>&) override;
 
   private:
     Recording& recording() { return recordings_[slot_]; }
@@ -40,20 +40,20 @@ class SkinRunner : public plan::Stream {
     }
     void fill(Buffer&, const Memory&);
     // Copies states to the caller's memory or, where that is const, from there.
-    template <class Byte> void transfer(const plan::PadList&, const plan::StateMemory<Byte>&);
+    template <class Byte> void transfer(const model::PadList&, const model::StateMemory<Byte>&);
     // Calls f(first byte, bytes) for each run of neighbouring pads of a list. bytes: the size of one pad's part of a
     // buffer.
-    template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
+    template <class F> void each_part(const model::PadList&, VkDeviceSize bytes, F f) const;
     // Calls f(first byte, bytes) for each run of neighbouring pads in each of these responses.
-    template <class F> void each_response(const plan::PadList&, const plan::Wanted&, F f) const;
-    void sort(const plan::PadList&, const plan::StepLengths&);
+    template <class F> void each_response(const model::PadList&, const model::Wanted&, F f) const;
+    void sort(const model::PadList&, const model::StepLengths&);
     // Records the download of these responses of these pads; after it has run, spread() them.
-    void download(VkCommandBuffer, const plan::PadList&, const plan::Wanted&);
-    void spread(const plan::PadList&, const plan::Wanted&);
+    void download(VkCommandBuffer, const model::PadList&, const model::Wanted&);
+    void spread(const model::PadList&, const model::Wanted&);
 
     const size_t pads_, width_, pitch_;
     const int height_;
-    const plan::StateLayout layout_;
+    const model::StateLayout layout_;
     const bool sites_; // only sites respond
     std::shared_ptr<Context> context_;
     SkinProgram program_;
@@ -68,9 +68,9 @@ class SkinRunner : public plan::Stream {
     size_t recorded_ = 0;                                 // the frames of the upload whose presses are recorded
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater
     Binding bindings_[2];
-    plan::Wanted read_{}; // the responses that have been asked for: every press downloads them
-    int from_ = 0;        // the index of the state and the pressure that the next submission starts from
-    plan::StepTables tables_;
+    model::Wanted read_{}; // the responses that have been asked for: every press downloads them
+    int from_ = 0;         // the index of the state and the pressure that the next submission starts from
+    model::StepTables tables_;
     struct Pad {
         bool rests = true;         // nothing has ever pressed it
         bool stays_at_rest = true; // the pressure that was taken last does not press it either

@@ -11,7 +11,7 @@
 namespace dermis {
 namespace {
 
-using plan::Variant;
+using model::Variant;
 
 // A step of every test march: at rest, under a rising load, two looks ahead, and two further steps.
 struct SampleStep {
@@ -23,24 +23,24 @@ constexpr SampleStep sample_steps[] = {
     {0, 0, 0},           {0, 1, step_length}, {1, 0, step_length / 2, false}, {1, 0, step_length / 4, false, false},
     {1, 0, step_length}, {1, 0, step_length}};
 
-class SampleCoefficients : public plan::StepCoefficients {
+class SampleCoefficients : public model::StepCoefficients {
   public:
-    SampleCoefficients(const plan::PreparedSkin& skin, const plan::FrameStep& step) : skin_(skin), step_(step) {}
+    SampleCoefficients(const model::PreparedSkin& skin, const model::FrameStep& step) : skin_(skin), step_(step) {}
     // A sample has so few materials that a march asks for their table alone.
     void fill(const int*, int, f32::Coefficients* to) const override { fill_in<f32>(to); }
     void fill(const int*, int, f64::Coefficients* to) const override { fill_in<f64>(to); }
-    const plan::FrameStep& step() const { return step_; }
+    const model::FrameStep& step() const { return step_; }
 
   private:
     template <class K> void fill_in(typename K::Coefficients* to) const {
-        (void)plan::fill_table<K>(skin_.materials, skin_.chain, skin_.rule, step_, to);
+        (void)model::fill_table<K>(skin_.materials, skin_.chain, skin_.rule, step_, to);
     }
-    const plan::PreparedSkin& skin_;
-    const plan::FrameStep step_;
+    const model::PreparedSkin& skin_;
+    const model::FrameStep step_;
 };
 
 // Compares totals with plain sums over a map that came the same way.
-void compare_totals(SelfTest::Kernel& kernel, const plan::Totals& t, const std::vector<double>& map, double unit) {
+void compare_totals(SelfTest::Kernel& kernel, const model::Totals& t, const std::vector<double>& map, double unit) {
     long double sum = 0, magnitudes = 0;
     for (double v : map) sum += v, magnitudes += std::abs(v);
     const double mean = double(sum / static_cast<long double>(map.size()));
@@ -51,18 +51,18 @@ void compare_totals(SelfTest::Kernel& kernel, const plan::Totals& t, const std::
 }
 
 // Compares the kernels press, fields and reduce in a march of the sample skin.
-void compare_marches(SelfTest& test, plan::Backend& backend, const plan::PreparedSkin& skin, const Variant& variant,
+void compare_marches(SelfTest& test, model::Backend& backend, const model::PreparedSkin& skin, const Variant& variant,
                      Precision precision) {
     const Map pressure = sample_pressure();
     const std::vector<Cell> no_points;
-    const plan::MarchPlan plan{.skin = skin,
-                               .variant = variant,
-                               .precision = precision,
-                               .pressed = skin.whole(),
-                               .pressure = pressure,
-                               .points = no_points,
-                               .keeps_maps = true,
-                               .derives = true};
+    const model::MarchPlan plan{.skin = skin,
+                                .variant = variant,
+                                .precision = precision,
+                                .pressed = skin.whole(),
+                                .pressure = pressure,
+                                .points = no_points,
+                                .keeps_maps = true,
+                                .derives = true};
     const bool in_double = precision == Precision::f64;
     const auto number = [&](const void* map, int i) {
         return in_double ? static_cast<const double*>(map)[i] : double(static_cast<const float*>(map)[i]);
@@ -72,13 +72,13 @@ void compare_marches(SelfTest& test, plan::Backend& backend, const plan::Prepare
         if (variant.wanted[size_t(q)]) pressed.push_back(Quantity(q));
     all.insert(all.end(), pressed.begin(), pressed.end());
     cpu::CpuBackend plain(1, simd::plain);
-    const std::unique_ptr<plan::March> marches[] = {backend.march(plan), plain.march(plan)};
+    const std::unique_ptr<model::March> marches[] = {backend.march(plan), plain.march(plan)};
     std::shared_ptr<const SampleCoefficients> coefficients;
     for (const SampleStep& step : sample_steps) {
-        const plan::FrameStep length{step.length, variant.bent ? std::optional(step_length) : std::nullopt};
+        const model::FrameStep length{step.length, variant.bent ? std::optional(step_length) : std::nullopt};
         if (!coefficients || coefficients->step() != length)
             coefficients = std::make_shared<SampleCoefficients>(skin, length);
-        plan::Sample samples[2];
+        model::Sample samples[2];
         std::vector<const void*> maps[2];
         for (int i : {0, 1}) {
             if (variant.framed) marches[i]->frame(step.keep ? pressure : skin.heights);
@@ -100,8 +100,8 @@ void compare_marches(SelfTest& test, plan::Backend& backend, const plan::Prepare
                     number(maps[0][m], i), expected.back());
             }
             if (!step.sampled || q >= Quantity::curvature) continue;
-            const plan::Totals &a = samples[0].totals[size_t(q)], &b = samples[1].totals[size_t(q)];
-            for (auto total : {&plan::Totals::mean, &plan::Totals::min, &plan::Totals::max})
+            const model::Totals &a = samples[0].totals[size_t(q)], &b = samples[1].totals[size_t(q)];
+            for (auto total : {&model::Totals::mean, &model::Totals::min, &model::Totals::max})
                 test.kernels[SelfTest::reduce].compare(a.*total, b.*total);
             compare_totals(test.kernels[SelfTest::others], a, expected, in_double ? 0x1p-53 : 0x1p-24);
         }
@@ -109,7 +109,7 @@ void compare_marches(SelfTest& test, plan::Backend& backend, const plan::Prepare
 }
 
 // Compares the responses of a stream of frames.
-void compare_presses(SelfTest::Kernel& kernel, plan::Backend& backend, const SampleStream& sample) {
+void compare_presses(SelfTest::Kernel& kernel, model::Backend& backend, const SampleStream& sample) {
     const auto pressures = sample.pressures(), found = sample.pressed(*backend.stream(sample.skin()), pressures),
                expected = sample.expected(pressures);
     for (size_t i = 0; i < found.size(); ++i)
@@ -120,7 +120,7 @@ void compare_presses(SelfTest::Kernel& kernel, plan::Backend& backend, const Sam
 struct Kind {
     SampleStream::Options options;
     bool framed = false, f64 = false;
-    void compare(SelfTest& test, plan::Backend& backend) const {
+    void compare(SelfTest& test, model::Backend& backend) const {
         const SampleStream sample(options);
         Variant variant = sample.skin().variant();
         variant.wanted.fill(true);
@@ -140,10 +140,10 @@ void SelfTest::Kernel::compare(double device, double cpu) {
     different += bits != std::bit_cast<uint64_t>(cpu);
 }
 
-SelfTest self_test(plan::Backend& backend) {
+SelfTest self_test(model::Backend& backend) {
     const DefaultFloats guard;
     SelfTest test;
-    const plan::Chain chain{.length = 3}, with_spring{.length = 3, .spring = true};
+    const model::Chain chain{.length = 3}, with_spring{.length = 3, .spring = true};
     for (Kind kind :
          {Kind{},
           {{.materials = true}, true},
@@ -173,14 +173,14 @@ SelfTest self_test(plan::Backend& backend) {
     return test;
 }
 
-bool presses_exactly(plan::Backend& backend, const plan::StreamedSkin& like) {
+bool presses_exactly(model::Backend& backend, const model::StreamedSkin& like) {
     const DefaultFloats guard;
     SelfTest::Kernel kernel{"presses"};
     compare_presses(kernel, backend, SampleStream(like));
     return kernel.different == 0;
 }
 
-bool marches_exactly(plan::Backend& backend, const Variant& v) {
+bool marches_exactly(model::Backend& backend, const Variant& v) {
     const DefaultFloats guard;
     SelfTest test;
     const SampleStream sample(

@@ -44,9 +44,9 @@ struct CheckLayout {
 // Presses a sample skin with the program's own pipelines; two cells of the last pressure are not finite.
 class DeviceCheck {
   public:
-    DeviceCheck(Pipelines& pipelines, const plan::StreamedSkin& like)
-        : sample_(like), recorder_(pipelines, plan::StreamedSkin(sample_.skin()), presses), layout_(recorder_.needs()) {
-    }
+    DeviceCheck(Pipelines& pipelines, const model::StreamedSkin& like)
+        : sample_(like), recorder_(pipelines, model::StreamedSkin(sample_.skin()), presses),
+          layout_(recorder_.needs()) {}
 
     bool bound() const { return bound_; }
 
@@ -122,7 +122,7 @@ class DeviceCheck {
 } // namespace
 
 struct SkinProgram::Impl {
-    Impl(const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+    Impl(const Handles& h, model::StreamedSkin&& skin, uint32_t most)
         : own_device(checked(h)), own_pipelines(std::in_place, *own_device), pipelines(*own_pipelines),
           recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
           labels(labels_of(h)) {
@@ -130,7 +130,7 @@ struct SkinProgram::Impl {
         needs.check = check->memory();
     }
     // Uses the pipelines of a context, and has no check.
-    Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+    Impl(Pipelines& shared, const Handles& h, model::StreamedSkin&& skin, uint32_t most)
         : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
           labels(labels_of(h)) {}
 
@@ -174,24 +174,24 @@ struct Internal {
     static SkinProgram::Impl& impl_of(const SkinProgram& program) { return *program.impl_; }
 };
 
-SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
-    return Internal::make(context.pipelines(), context.handles(), plan::StreamedSkin(skin), max_bindings);
+SkinProgram program_of(Context& context, const model::StreamedSkin& skin, uint32_t max_bindings) {
+    return Internal::make(context.pipelines(), context.handles(), model::StreamedSkin(skin), max_bindings);
 }
 
-Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const plan::PadList& pads,
-                      const plan::StepLengths& dt, bool answers) {
+Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const model::PadList& pads,
+                      const model::StepLengths& dt, bool answers) {
     return Internal::impl_of(program).record(own.commands(), binding, {pads, dt, answers}, {}, &own);
 }
 
 double work_of_press(const SkinProgram& program) { return Internal::impl_of(program).recorder.work_of_pad(); }
 
-void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+void set_elements(SkinProgram& program, const model::PadList& pads, const std::vector<model::Element>& elements) {
     Internal::impl_of(program).recorder.set_elements(pads, elements);
 }
 
 namespace {
 
-plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, const SkinOptions& options) {
+model::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, const SkinOptions& options) {
     const DefaultFloats guard;
     scene::need(max_bindings >= 1 && max_bindings <= 65536, "max_bindings", max_bindings, "1..65536");
     if (options.hold != Hold::linear) refuse("hold", "parabolic", "linear in a SkinProgram; a Skin has both");
@@ -200,7 +200,7 @@ plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, con
     if (!options.afferents.empty())
         refuse("afferents", std::to_string(options.afferents.size()) + " kinds",
                "none in a SkinProgram; a Skin has them");
-    return plan::streamed_skin(d, options);
+    return model::streamed_skin(d, options);
 }
 
 } // namespace
@@ -221,7 +221,7 @@ int SkinProgram::pitch() const noexcept { return impl_->recorder.skin().skin.pit
 
 SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
     if (!scene::is_receptor_class(q)) return {};
-    const plan::ResponseLayout::Range& r = impl_->recorder.layout().of[size_t(q)];
+    const model::ResponseLayout::Range& r = impl_->recorder.layout().of[size_t(q)];
     return {r.first, r.count};
 }
 
@@ -350,7 +350,7 @@ Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, co
 
 Recorded SkinProgram::record_touch(VkCommandBuffer commands, const VkDescriptorBufferInfo& range,
                                    const contact::Touch& touch) const noexcept {
-    const plan::StreamedSkin& skin = impl_->recorder.skin();
+    const model::StreamedSkin& skin = impl_->recorder.skin();
     const contact::Pad& pad = touch.shape();
     if (touch.count() != skin.pads || pad.width != skin.skin.width() || pad.height != skin.skin.height())
         return {"touch: other pads than the program's"};
@@ -379,13 +379,13 @@ void SkinProgram::set_material(const Material& material, const Pads& pads) {
     impl_->guarded([&] {
         const DefaultFloats guard;
         Impl& impl = *impl_;
-        const plan::StreamedSkin& skin = impl.recorder.skin();
+        const model::StreamedSkin& skin = impl.recorder.skin();
         if (!impl.ascend(pads)) refuse("pads", "(numbers)", "ascending numbers of pads");
-        const plan::PadList list{.ids = pads.all ? nullptr : pads.numbers,
-                                 .count = pads.all ? size_t(skin.pads) : pads.count};
-        plan::need_new_material(skin.skin.uniform(), !skin.elements_of_pad.empty(), list.count, size_t(skin.pads));
-        const std::vector<plan::Element> elements =
-            plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
+        const model::PadList list{.ids = pads.all ? nullptr : pads.numbers,
+                                  .count = pads.all ? size_t(skin.pads) : pads.count};
+        model::need_new_material(skin.skin.uniform(), !skin.elements_of_pad.empty(), list.count, size_t(skin.pads));
+        const std::vector<model::Element> elements =
+            model::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
         impl.recorder.set_elements(list, elements);
     });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/model/coefficients_in.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 // P3 on [0, 1] as a polynomial of degree 12, with an error of 6e-5 units of 2^-53.
@@ -28,4 +28,4 @@ f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule,
     return exact_coefficients_in<f64>(m, rule, dt);
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -6,7 +6,7 @@
 #include "host/core/description/element.hpp"
 #include "host/core/simd/model.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // p0 = e^-z, p1 = (1 - e^-z)/z, p2 = (e^-z - 1 + z)/z^2, p3 = (1 - z + z^2/2 - e^-z)/z^3; at z = 0 they are 1/k!.
 // z >= 0, infinity included. T is double or long double.
@@ -46,4 +46,4 @@ template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) 
     return r;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <type_traits>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // P3 for z <= 1. Each is defined in the file that instantiates its coefficients.
 double p3_of(double z);
@@ -145,4 +145,4 @@ template <class C, class T> C bend(C& k, const Element& m, const ResponseRule& r
     return past;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -3,7 +3,7 @@
 
 #include "host/core/simd/isa.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 static double spring_behind(std::span<const Element> chain) {
     return chain.size() > 1 && scene::is_elastic(chain.back()) ? chain.back().modulus : 0;
@@ -83,4 +83,4 @@ void stretch_of(const StretchWeights& w, const ShearMaps& m, float* out) {
         }
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

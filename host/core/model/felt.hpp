@@ -6,7 +6,7 @@
 #include "host/core/model/site_cells.hpp"
 #include "host/core/model/streamed_skin.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 class Felt {
   public:
@@ -50,4 +50,4 @@ struct StretchWeights {
 // Writes the stretch of each cell with these weights, by central differences.
 void stretch_of(const StretchWeights&, const ShearMaps&, float* out);
 
-} // namespace dermis::plan
+} // namespace dermis::model

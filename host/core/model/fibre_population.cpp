@@ -7,7 +7,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 FibreKind kind_of(const Afferents& a) {
     const size_t endings = size_t(a.endings);
@@ -106,4 +106,4 @@ template <class K> void FibrePopulation<K>::reset(size_t pad) {
 template class FibrePopulation<f32>;
 template class FibrePopulation<f64>;
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 constexpr int most_substeps = 65536, least_bisections = 12, rows = FIBRE_OUTPUTS, columns = rows + 2;
@@ -217,4 +217,4 @@ template <class K> bool fill_fibre_constants(const AfferentModel& m, double dt, 
 template bool fill_fibre_constants<f32>(const AfferentModel&, double, f32::FibreConstants&);
 template bool fill_fibre_constants<f64>(const AfferentModel&, double, f64::FibreConstants&);
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -9,7 +9,7 @@
 #include <bit>
 #include <span>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // How closely a step of fibres follows the continuous model.
 struct FibreAccuracy {
@@ -113,4 +113,4 @@ template <class K> class FibrePopulation {
     size_t work_ = 0; // since the last look()
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

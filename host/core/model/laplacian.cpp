@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, int stencil, int edges) {
     std::vector<double> result(map.size());
@@ -66,4 +66,4 @@ double greatest_rest_curvature(const PreparedSkin& skin) {
     return greatest;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

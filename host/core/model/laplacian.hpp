@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // The Laplacian of a map of width*height, in its unit per m^2, or per cell^2 without spacing. stencil, edges: as in
 // kernels/layout.h.
@@ -77,4 +77,4 @@ template <class real> std::vector<real> padded_rest_curvature(const PreparedSkin
     });
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

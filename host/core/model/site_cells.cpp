@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 // A point and its neighbours as y*width + x. For the five-point stencil the far ones repeat the near.
@@ -82,4 +82,4 @@ StencilCells stencil_cells_of(const PreparedSkin& skin, const SiteCells& cells, 
     return n;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

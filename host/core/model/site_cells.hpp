@@ -4,7 +4,7 @@
 
 #include "host/core/model/laplacian.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // The cells where pressure may ever act. All others stay at rest.
 struct PressedCells {
@@ -54,4 +54,4 @@ template <class K> struct SitePlace {
     real rest_curvature;
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -8,7 +8,7 @@
 #include <bit>
 #include <cmath>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 // The different chains of `length` elements among all that were asked for, one after another in `elements`. A chain's
@@ -172,4 +172,4 @@ void drop_maps(PreparedSkin& skin) {
     scene::drop_maps(skin.description.material);
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

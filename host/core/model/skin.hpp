@@ -8,7 +8,7 @@
 #include "host/core/model/coefficients.hpp"
 #include "host/core/model/state_shape.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // Flags of the strain and the responses: whether any output needs the quantity.
 using Wanted = std::array<bool, REDUCED_MAPS>;
@@ -117,4 +117,4 @@ struct Variant {
     }
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

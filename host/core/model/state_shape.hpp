@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 struct StateShape {
     size_t elements = 1;      // elements in series, whose strains the state holds
@@ -23,4 +23,4 @@ struct StateShape {
     }
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

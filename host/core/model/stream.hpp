@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // A cell that a state holds: its number there, and in the grid.
 struct HeldCell {
@@ -174,4 +174,4 @@ class Backend {
     virtual std::unique_ptr<FibrePopulation<f32>> fibres(const std::vector<FibreKind>&, size_t pads) = 0;
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 // Rounds coefficients to K. Returns false if one of them is beyond it.
@@ -310,4 +310,4 @@ f32::Constants frame_constants(const PreparedSkin& skin, const f32::Coefficients
     return c;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -9,7 +9,7 @@
 #include <span>
 #include <type_traits>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 struct StreamedSkin {
     PreparedSkin skin; // of each pad
@@ -181,4 +181,4 @@ bool fill_table(std::span<const Element> materials, const Chain&, const Response
 // The constants of a press, with these coefficients.
 f32::Constants frame_constants(const PreparedSkin&, const f32::Coefficients&);
 
-} // namespace dermis::plan
+} // namespace dermis::model

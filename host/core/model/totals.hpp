@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 struct Totals {
     double mean, min, max;
@@ -83,4 +83,4 @@ Totals total_of(const typename K::Summary* tiles, size_t count, size_t cells, co
     return {(double(total.sum) + double(total.rest)) / double(cells) * 0x1p28, double(low), double(high)};
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -8,7 +8,7 @@ namespace dermis {
 
 struct Device::Impl {
     DeviceInfo info;
-    std::shared_ptr<plan::Backend> backend;
+    std::shared_ptr<model::Backend> backend;
     bool asked = false;   // by name, number or as "vulkan": every run that this device can compute stays on it
     bool named = false;   // asked for by name or number: it is used even if its bits differ
     bool put_off = false; // this CPU path stands for "auto"; a march in float runs on best() instead

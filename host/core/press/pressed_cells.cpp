@@ -12,19 +12,19 @@ void need_step(const double* refused) {
         scene::refuse("dt", shortest(*refused), "seconds over which the coefficients of a step stay below 3.4e38");
 }
 
-PressedCells::PressedCells(const plan::StreamedSkin& s, plan::Backend& backend)
+PressedCells::PressedCells(const model::StreamedSkin& s, model::Backend& backend)
     : pads_(size_t(s.pads)), cells_(s.skin.cells()), wanted_(s.wanted), layout_(state_layout_of(s)),
-      counts_(plan::response_counts(s)), felt_(s), stream_(backend.stream(s)) {
+      counts_(model::response_counts(s)), felt_(s), stream_(backend.stream(s)) {
     const std::vector<Site>& sites = s.skin.description.sites;
-    if (!sites.empty()) read_ = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
+    if (!sites.empty()) read_ = model::SiteCells(s.skin, {s.skin.whole()}, model::cells_of(sites)).cells;
 }
 
-void PressedCells::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+void PressedCells::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     stream_->set_elements(pads, elements);
     felt_.set_elements(pads, elements);
 }
 
-void PressedCells::save_cells(const plan::PadList& pads, const plan::StateMemory<char>& to) {
+void PressedCells::save_cells(const model::PadList& pads, const model::StateMemory<char>& to) {
     stream_->save(pads, to);
     for (size_t i = 0; !read_.empty() && i < pads.count; ++i) {
         char* const pressure = to.pressure_of(i);
@@ -59,18 +59,19 @@ std::optional<Skin::Response> PressedCells::response(Quantity q) {
     return Skin::Response{data, pads_ * counts_[size_t(q) - QUANTITY_SA1]};
 }
 
-LastSteps::LastSteps(const plan::StreamedSkin& skin) : bent_(skin.hold == Hold::parabolic), steps_(size_t(skin.pads)) {}
+LastSteps::LastSteps(const model::StreamedSkin& skin)
+    : bent_(skin.hold == Hold::parabolic), steps_(size_t(skin.pads)) {}
 
-void LastSteps::reset(const plan::PadList& pads) {
+void LastSteps::reset(const model::PadList& pads) {
     for (size_t i = 0; i < pads.count; ++i) steps_[size_t(pads[i])] = 0;
 }
 
-void LastSteps::save(const plan::PadList& pads, char* to) {
-    for (size_t i = 0; i < pads.count; ++i) plan::copy_state(to, &steps_[size_t(pads[i])], 1);
+void LastSteps::save(const model::PadList& pads, char* to) {
+    for (size_t i = 0; i < pads.count; ++i) model::copy_state(to, &steps_[size_t(pads[i])], 1);
 }
 
-void LastSteps::load(const plan::PadList& pads, const char* from) {
-    for (size_t i = 0; i < pads.count; ++i) plan::copy_state(from, &steps_[size_t(pads[i])], 1);
+void LastSteps::load(const model::PadList& pads, const char* from) {
+    for (size_t i = 0; i < pads.count; ++i) model::copy_state(from, &steps_[size_t(pads[i])], 1);
 }
 
 } // namespace dermis

@@ -13,26 +13,26 @@ void need_step(const double* refused);
 
 class PressedCells : public Stage {
   public:
-    PressedCells(const plan::StreamedSkin&, plan::Backend&);
+    PressedCells(const model::StreamedSkin&, model::Backend&);
 
-    plan::Stream& stream() { return *stream_; }
+    model::Stream& stream() { return *stream_; }
     size_t count() const { return cells_; }                   // of a pad
     bool fields() const { return read_.empty(); }             // without sites
     const std::vector<size_t>& read() const { return read_; } // the cells that sites read; empty without sites
-    plan::Felt& felt() { return felt_; }
+    model::Felt& felt() { return felt_; }
 
-    void prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t) override {
+    void prepare(const model::PadList& pads, const model::StepLengths& dt, size_t) override {
         need_step(stream_->prepare(pads, dt));
     }
-    void press(const plan::PadList& pads, const plan::StepLengths& dt, size_t, bool last) override {
+    void press(const model::PadList& pads, const model::StepLengths& dt, size_t, bool last) override {
         stream_->press(pads, dt, last);
     }
     bool rests(int pad) const override { return stream_->rests(pad); }
-    void reset(const plan::PadList& pads) override { stream_->reset(pads); }
-    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
+    void reset(const model::PadList& pads) override { stream_->reset(pads); }
+    void set_elements(const model::PadList&, const std::vector<model::Element>&) override;
     // Copies strains and pressures. Pressures of cells that no site reads become 0, so that equal skins have equal
     // states, whatever pressed them.
-    void save_cells(const plan::PadList&, const plan::StateMemory<char>&);
+    void save_cells(const model::PadList&, const model::StateMemory<char>&);
 
     // The strain of each cell that a pad's state holds.
     std::vector<float> strain_of(int pad);
@@ -44,12 +44,12 @@ class PressedCells : public Stage {
 
   private:
     const size_t pads_, cells_;
-    const plan::Wanted wanted_;
-    const plan::StateLayout layout_;
+    const model::Wanted wanted_;
+    const model::StateLayout layout_;
     const std::array<size_t, RESPONSE_MAPS> counts_; // of each response, in a pad
     std::vector<size_t> read_;
-    plan::Felt felt_;
-    std::unique_ptr<plan::Stream> stream_;
+    model::Felt felt_;
+    std::unique_ptr<model::Stream> stream_;
     std::array<std::vector<float>, 3> told_; // strain, indentation and curvature, once they are asked for
 };
 

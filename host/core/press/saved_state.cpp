@@ -58,9 +58,9 @@ void need_finite(const char* floats, size_t bytes) {
 
 } // namespace
 
-SavedState::SavedState(const plan::StreamedSkin& skin, const Stage& steps, const Stage& fibres, const Stage& shear) {
-    const plan::StateLayout layout = state_layout_of(skin);
-    const plan::StateShape state = skin.variant().state();
+SavedState::SavedState(const model::StreamedSkin& skin, const Stage& steps, const Stage& fibres, const Stage& shear) {
+    const model::StateLayout layout = state_layout_of(skin);
+    const model::StateShape state = skin.variant().state();
     shape_ = {.width = uint32_t(skin.skin.width()),
               .height = uint32_t(skin.skin.height()),
               .cells = uint32_t(layout.cells),

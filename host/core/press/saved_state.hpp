@@ -12,14 +12,14 @@ namespace dermis {
 // Where the numbers of a state are: those of the pressed cells, and the parts of the other stages, null if a stage has
 // none. Byte: char or const char.
 template <class Byte> struct StateParts {
-    plan::StateMemory<Byte> cells;
+    model::StateMemory<Byte> cells;
     Byte *steps = nullptr, *fibres = nullptr, *shear = nullptr;
     operator StateParts<const Byte>() const { return {cells, steps, fibres, shear}; }
 };
 
 class SavedState {
   public:
-    SavedState(const plan::StreamedSkin&, const Stage& steps, const Stage& fibres, const Stage& shear);
+    SavedState(const model::StreamedSkin&, const Stage& steps, const Stage& fibres, const Stage& shear);
 
     // The bytes of so many pads.
     size_t bytes(size_t pads) const;

@@ -10,8 +10,8 @@
 namespace dermis {
 namespace {
 
-std::vector<plan::Element> sheared(std::vector<plan::Element> chain) {
-    for (plan::Element& e : chain) e.modulus /= 3, e.viscosity /= 3; // retardation times stay
+std::vector<model::Element> sheared(std::vector<model::Element> chain) {
+    for (model::Element& e : chain) e.modulus /= 3, e.viscosity /= 3; // retardation times stay
     return chain;
 }
 
@@ -25,7 +25,7 @@ Material sheared(const Material& m) {
 // Returns the skin whose strains are the shear strains: it is flat, and has two pads for each pad of the pressed skin.
 // Its rules for SA2 and FA2 are the pressed skin's. Its moduli and viscosities are a third of the pressed skin's, so
 // that a step that is too long for the pressed skin is too long for this one.
-plan::StreamedSkin skin_of(const plan::StreamedSkin& skin, const SkinOptions& options, int threads) {
+model::StreamedSkin skin_of(const model::StreamedSkin& skin, const SkinOptions& options, int threads) {
     const SkinDescription& own = skin.skin.description;
     SkinDescription d;
     d.grid = {own.grid.width, own.grid.height, 1};
@@ -42,10 +42,10 @@ plan::StreamedSkin skin_of(const plan::StreamedSkin& skin, const SkinOptions& op
     both.hold = options.hold;
     for (int axis = 0; axis < 2; ++axis)
         for (const Material& m : options.materials) both.materials.push_back(sheared(m));
-    return plan::streamed_skin(d, both, threads);
+    return model::streamed_skin(d, both, threads);
 }
 
-void check(const plan::StreamedSkin& skin, const SkinOptions& options) {
+void check(const model::StreamedSkin& skin, const SkinOptions& options) {
     const auto need = [](bool ok, const char* allowed) {
         if (!ok) scene::refuse("shear", "true", allowed);
     };
@@ -69,10 +69,10 @@ SkinOptions without_stretch(SkinOptions options) {
     return options;
 }
 
-Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend) {
+Shear::Shear(const model::StreamedSkin& skin, const SkinOptions& options, model::Backend& backend) {
     if (!options.shear) return;
     check(skin, options);
-    const plan::StreamedSkin own = skin_of(skin, options, backend.threads());
+    const model::StreamedSkin own = skin_of(skin, options, backend.threads());
     pads_ = size_t(options.count);
     width_ = size_t(skin.skin.width()), height_ = size_t(skin.skin.height());
     edges_ = skin.skin.edges;
@@ -89,8 +89,8 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     const auto [x, y] = *options.sa2_stretch;
     const double square = x * x + y * y;
     sa2_weights_ = square == 0
-                       ? plan::StretchWeights{1, 1, 0}
-                       : plan::StretchWeights{float(x * x / square), float(y * y / square), float(2 * x * y / square)};
+                       ? model::StretchWeights{1, 1, 0}
+                       : model::StretchWeights{float(x * x / square), float(y * y / square), float(2 * x * y / square)};
     adaptation_ = skin.skin.description.receptors.sa2_adaptation.value_or(0);
     for (std::vector<float>* map : {&sa2_, &stretch_}) map->resize(pads_ * width_ * height_);
     newest_.resize(width_ * height_);
@@ -98,19 +98,19 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
 }
 
 // The same pads along x, then along y. It is valid until the next call.
-plan::PadList Shear::both(const plan::PadList& pads) {
+model::PadList Shear::both(const model::PadList& pads) {
     both_.clear();
     for (size_t axis = 0; axis < 2; ++axis)
         for (size_t i = 0; i < pads.count; ++i) both_.push_back(int(axis * pads_) + pads[i]);
     return {.ids = both_.data(), .count = both_.size()};
 }
 
-bool Shear::take(const plan::PadList& pads, const float* tractions, bool by_number) {
+bool Shear::take(const model::PadList& pads, const float* tractions, bool by_number) {
     return stream_->take(both(pads), tractions, by_number);
 }
 
 // The steps of both(pads). They are valid until the next call.
-plan::StepLengths Shear::both(const plan::PadList& pads, const plan::StepLengths& dt) {
+model::StepLengths Shear::both(const model::PadList& pads, const model::StepLengths& dt) {
     for (size_t i = 0; dt.each && i < 2 * pads.count; ++i) steps_[i] = dt[i % pads.count];
     for (size_t i = 0; i < pads.count; ++i) {
         const auto pad = size_t(pads[i]);
@@ -119,11 +119,11 @@ plan::StepLengths Shear::both(const plan::PadList& pads, const plan::StepLengths
     return {.dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
 }
 
-void Shear::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t) {
+void Shear::prepare(const model::PadList& pads, const model::StepLengths& dt, size_t) {
     if (any()) need_step(stream_->prepare(both(pads), both(pads, dt)));
 }
 
-void Shear::press(const plan::PadList& pads, const plan::StepLengths& dt, size_t, bool) {
+void Shear::press(const model::PadList& pads, const model::StepLengths& dt, size_t, bool) {
     if (!any()) return;
     is_read_ = false;
     // Strains are read from the states: nothing is to be answered, which takes a third of the time.
@@ -154,7 +154,7 @@ const float* Shear::strain() {
     return strains_.data();
 }
 
-plan::ShearMaps Shear::maps(size_t pad) {
+model::ShearMaps Shear::maps(size_t pad) {
     const float* const first = strain() + pad * width_ * height_;
     return {.along_x = first,
             .along_y = first + pads_ * width_ * height_,
@@ -171,16 +171,16 @@ std::optional<Skin::Response> Shear::response(Quantity q) {
     if (q <= Quantity::shear_y) return Skin::Response{strain() + (q == Quantity::shear_y ? all : 0), all};
     const DefaultFloats guard;
     std::vector<float>& out = told_[size_t(q) - size_t(Quantity::stretch_x)];
-    const plan::StretchWeights weights{.x = float(q == Quantity::stretch_x),
-                                       .y = float(q == Quantity::stretch_y),
-                                       .xy = float(q == Quantity::stretch_xy)};
+    const model::StretchWeights weights{.x = float(q == Quantity::stretch_x),
+                                        .y = float(q == Quantity::stretch_y),
+                                        .xy = float(q == Quantity::stretch_xy)};
     out.resize(all);
-    for (size_t pad = 0; pad < pads_; ++pad) plan::stretch_of(weights, maps(pad), out.data() + pad * width_ * height_);
+    for (size_t pad = 0; pad < pads_; ++pad) model::stretch_of(weights, maps(pad), out.data() + pad * width_ * height_);
     return Skin::Response{out.data(), all};
 }
 
 // Steps y' = stretch - y/adaptation, with the stretch along a line over the step.
-void Shear::step_sa2(const plan::PadList& pads, const plan::StepLengths& dt) {
+void Shear::step_sa2(const model::PadList& pads, const model::StepLengths& dt) {
     const DefaultFloats guard;
     const size_t cells = width_ * height_;
     for (size_t i = 0; i < pads.count; ++i) {
@@ -189,7 +189,7 @@ void Shear::step_sa2(const plan::PadList& pads, const plan::StepLengths& dt) {
         const double late = z < 1e-3 ? 0.5 - z / 6 + z * z / 24 : (1 - mean) / z;
         const float kept = float(std::exp(-z)), before = float(dt[i] * (mean - late)), now = float(dt[i] * late);
         float *y = sa2_.data() + size_t(pads[i]) * cells, *last = stretch_.data() + size_t(pads[i]) * cells;
-        plan::stretch_of(sa2_weights_, maps(size_t(pads[i])), newest_.data());
+        model::stretch_of(sa2_weights_, maps(size_t(pads[i])), newest_.data());
         for (size_t k = 0; k < cells; ++k) {
             y[k] = kept * y[k] + (before * last[k] + now * newest_[k]);
             last[k] = newest_[k];
@@ -197,7 +197,7 @@ void Shear::step_sa2(const plan::PadList& pads, const plan::StepLengths& dt) {
     }
 }
 
-void Shear::reset(const plan::PadList& pads) {
+void Shear::reset(const model::PadList& pads) {
     if (!any()) return;
     is_read_ = false;
     stream_->reset(both(pads));
@@ -206,15 +206,15 @@ void Shear::reset(const plan::PadList& pads) {
             std::fill_n(map->begin() + long(size_t(pads[i]) * width_ * height_), width_ * height_, 0.0f);
 }
 
-void Shear::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+void Shear::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     if (!any()) return;
-    const std::vector<plan::Element> own = sheared(elements);
+    const std::vector<model::Element> own = sheared(elements);
     stream_->set_elements(both(pads), own);
     felt_->set_elements(both(pads), own);
     is_read_ = false;
 }
 
-template <class Byte> plan::StateMemory<Byte> Shear::memory(Byte* states) const {
+template <class Byte> model::StateMemory<Byte> Shear::memory(Byte* states) const {
     return {.strains = states,
             .pressure = states + layout_.cells * layout_.planes * sizeof(float),
             .strains_step = state_of_axis(),
@@ -222,19 +222,19 @@ template <class Byte> plan::StateMemory<Byte> Shear::memory(Byte* states) const 
 }
 
 // Copies SA2 and the stretch of each of these pads to the caller's memory or, where Byte is const, from there.
-template <class Byte> void Shear::copy_sa2(const plan::PadList& pads, Byte* states) {
+template <class Byte> void Shear::copy_sa2(const model::PadList& pads, Byte* states) {
     states += 2 * pads.count * state_of_axis();
     for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
         for (std::vector<float>* map : {&sa2_, &stretch_})
-            plan::copy_state(states, map->data() + size_t(pads[i]) * width_ * height_, width_ * height_);
+            model::copy_state(states, map->data() + size_t(pads[i]) * width_ * height_, width_ * height_);
 }
 
-void Shear::save(const plan::PadList& pads, char* states) {
+void Shear::save(const model::PadList& pads, char* states) {
     stream_->save(both(pads), memory(states));
     copy_sa2(pads, states);
 }
 
-void Shear::load(const plan::PadList& pads, const char* states) {
+void Shear::load(const model::PadList& pads, const char* states) {
     is_read_ = false;
     stream_->load(both(pads), memory(states));
     copy_sa2(pads, states);

@@ -15,51 +15,51 @@ SkinOptions without_stretch(SkinOptions);
 class Shear : public Stage {
   public:
     // Throws Error::bad_input where SkinOptions::shear is asked of a skin that has none.
-    Shear(const plan::StreamedSkin&, const SkinOptions&, plan::Backend&);
+    Shear(const model::StreamedSkin&, const SkinOptions&, model::Backend&);
 
     bool any() const { return stream_ != nullptr; }
     // Copies the next tractions of pads, along x and then along y, as Stream::take() copies pressures.
-    bool take(const plan::PadList&, const float* tractions, bool by_number = false);
+    bool take(const model::PadList&, const float* tractions, bool by_number = false);
     bool rests(int pad) const override { return !any() || (stream_->rests(pad) && stream_->rests(int(pads_) + pad)); }
-    void prepare(const plan::PadList&, const plan::StepLengths&, size_t presses) override;
-    void press(const plan::PadList&, const plan::StepLengths&, size_t frame, bool last) override;
+    void prepare(const model::PadList&, const model::StepLengths&, size_t presses) override;
+    void press(const model::PadList&, const model::StepLengths&, size_t frame, bool last) override;
     // shear_x, shear_y, stretch_x, stretch_y or stretch_xy of all pads, read from their states, or SA2 after each pad's
     // last press, if it answers to the stretch; the same memory. Nothing for another quantity.
     std::optional<Skin::Response> response(Quantity);
 
-    void reset(const plan::PadList&) override;
+    void reset(const model::PadList&) override;
     // elements: as the pressure strains them, not as the shear does.
-    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
+    void set_elements(const model::PadList&, const std::vector<model::Element>&) override;
     // The bytes of a pad's state: of the shear along both axes, and of SA2 with its stretch. In memory the shear of all
     // pads comes first, then SA2 and the stretch of each pad.
     size_t state_bytes() const override { return any() ? 2 * state_of_axis() + state_of_sa2() : 0; }
-    void save(const plan::PadList&, char* states) override;
-    void load(const plan::PadList&, const char* states) override;
+    void save(const model::PadList&, char* states) override;
+    void load(const model::PadList&, const char* states) override;
 
   private:
-    plan::PadList both(const plan::PadList&);
-    plan::StepLengths both(const plan::PadList&, const plan::StepLengths&);
+    model::PadList both(const model::PadList&);
+    model::StepLengths both(const model::PadList&, const model::StepLengths&);
     void make_room_to_read();
     const float* strain(); // along x of all pads, then along y
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
     size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
-    template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const;
-    template <class Byte> void copy_sa2(const plan::PadList&, Byte* states);
-    plan::ShearMaps maps(size_t pad);
-    void step_sa2(const plan::PadList&, const plan::StepLengths&);
+    template <class Byte> model::StateMemory<Byte> memory(Byte* states) const;
+    template <class Byte> void copy_sa2(const model::PadList&, Byte* states);
+    model::ShearMaps maps(size_t pad);
+    void step_sa2(const model::PadList&, const model::StepLengths&);
 
     size_t pads_ = 0, width_ = 0, height_ = 0;
     int edges_ = 0;
     float slope_ = 0; // thickness over twice the spacing
-    plan::StateLayout layout_;
-    std::unique_ptr<plan::Stream> stream_; // null: no shear
-    bool answers_ = true;                  // whether a press computes responses: without, a device would delay it
-    std::optional<plan::Felt> felt_;
+    model::StateLayout layout_;
+    std::unique_ptr<model::Stream> stream_; // null: no shear
+    bool answers_ = true;                   // whether a press computes responses: without, a device would delay it
+    std::optional<model::Felt> felt_;
     bool is_read_ = false;                            // whether `strains_` belongs to the last press
     std::vector<float> strains_, planes_, pressures_; // of all pads, once they are asked for
     std::vector<int> both_;                           // a list of pads along x, then along y
     std::vector<double> steps_, before_;              // of each pad along both axes, s
-    plan::StretchWeights sa2_weights_{};
+    model::StretchWeights sa2_weights_{};
     double adaptation_ = 0;                     // s, of SA2; 0: none
     std::vector<float> sa2_, stretch_, newest_; // of all pads, where SA2 answers to the stretch; of one pad
     std::array<std::vector<float>, 3> told_;    // the stretch's components, of all pads, once they are asked for

@@ -4,13 +4,13 @@
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/base/watch.hpp"
+#include "host/core/contact/touch.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/core/press/saved_state.hpp"
 #include "host/core/press/shear.hpp"
 #include "host/core/press/source.hpp"
 #include "host/core/press/spiking.hpp"
-#include "host/core/contact/touch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ namespace dermis {
 
 struct Skin::Impl {
     // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stages have read them.
-    Impl(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend)
+    Impl(const model::StreamedSkin& skin, const SkinOptions& options, model::Backend& backend)
         : count(size_t(skin.pads)), uniform(skin.skin.uniform()), wanted(skin.wanted), chain(skin.skin.chain),
           source(skin, options), shear(skin, options, backend), cells(skin, backend), spiking(skin, backend, cells),
           last_steps(skin), saved_state(skin, last_steps, spiking, shear),
@@ -41,15 +41,15 @@ struct Skin::Impl {
 
     // Adds to the report what the curvature under a strain of every cell does: the gain, and the responses that change
     // sign.
-    void bend(Report& report, const plan::PreparedSkin& skin, size_t pad, const std::vector<double>& strain) {
+    void bend(Report& report, const model::PreparedSkin& skin, size_t pad, const std::vector<double>& strain) {
         const f64::Constants& c = skin.constants;
-        const Grid unit = plan::without_spacing(skin.description.grid);
-        const std::vector<double> L = plan::laplacian(strain, unit, skin.stencil, skin.edges);
-        plan::Wanted changed{};
+        const Grid unit = model::without_spacing(skin.description.grid);
+        const std::vector<double> L = model::laplacian(strain, unit, skin.stencil, skin.edges);
+        model::Wanted changed{};
         const size_t width = size_t(skin.width());
         std::vector<double> rest(width);
         for (size_t y = 0, i = 0; y < size_t(skin.height()); ++y) {
-            plan::rest_curvature_row(skin, int(y), 0, int(width), rest.data());
+            model::rest_curvature_row(skin, int(y), 0, int(width), rest.data());
             for (size_t x = 0; x < width; ++x, ++i) {
                 const double bent = c.curvature_length * f64::curvature_of(rest[x], L[i], c.bend);
                 report.gain.value = std::max(report.gain.value, std::abs(bent));
@@ -62,24 +62,24 @@ struct Skin::Impl {
             if (changed[q]) report.sign_changed.push_back(Quantity(q));
     }
 
-    static std::vector<float> rest_curvature_of(const plan::PreparedSkin& skin) {
+    static std::vector<float> rest_curvature_of(const model::PreparedSkin& skin) {
         std::vector<float> rest;
         std::vector<double> row(size_t(skin.width()));
         for (int y = 0; y < skin.height(); ++y) {
-            plan::rest_curvature_row(skin, y, 0, skin.width(), row.data());
+            model::rest_curvature_row(skin, y, 0, skin.width(), row.data());
             for (double C : row) rest.push_back(float(C));
         }
         return rest;
     }
 
-    static double gain_of(const plan::PreparedSkin& skin) {
+    static double gain_of(const model::PreparedSkin& skin) {
         return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
     }
 
     const size_t count; // of pads
     const bool uniform; // a pad's cells have the same elements
-    const plan::Wanted wanted;
-    const plan::Chain chain;
+    const model::Wanted wanted;
+    const model::Chain chain;
     Source source;
     Shear shear;
     PressedCells cells;
@@ -109,18 +109,18 @@ struct Skin::Impl {
         Impl& skin;
         const scene::Watch watch;
     };
-    plan::PadList list_of(const Pads&);
-    plan::StepLengths steps(const double* dt, bool each = false) { return last_steps.of(dt, each); }
-    void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&,
+    model::PadList list_of(const Pads&);
+    model::StepLengths steps(const double* dt, bool each = false) { return last_steps.of(dt, each); }
+    void press(const float* pressure, size_t numbers, const model::StepLengths&, const model::PadList&,
                const float* traction = nullptr);
     void need_shear(bool given) const;
     void need_touch(const contact::Touch::Impl&) const;
-    void press(const contact::Touch::Impl&, const plan::StepLengths&);
-    void prepare(const plan::PadList&, const plan::StepLengths&, size_t presses = 1);
-    void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
-    void save(const plan::PadList&, const StateParts<char>&);
-    void load(const plan::PadList&, const StateParts<const char>&);
-    void press_frames(const plan::PadList&, const float*, size_t count, size_t numbers, const plan::StepLengths&);
+    void press(const contact::Touch::Impl&, const model::StepLengths&);
+    void prepare(const model::PadList&, const model::StepLengths&, size_t presses = 1);
+    void step(const model::PadList&, const model::StepLengths&, size_t frame = 0, bool last = true);
+    void save(const model::PadList&, const StateParts<char>&);
+    void load(const model::PadList&, const StateParts<const char>&);
+    void press_frames(const model::PadList&, const float*, size_t count, size_t numbers, const model::StepLengths&);
     const std::vector<float>& told(Quantity);
     const Material& material_of(int pad) const {
         return materials.empty() ? description.material : materials[size_t(pad)];
@@ -128,7 +128,7 @@ struct Skin::Impl {
 };
 
 // Throws Error::bad_input if a number is no pad's or occurs twice, or where progress calls in a press.
-plan::PadList Skin::Impl::list_of(const Pads& pads) {
+model::PadList Skin::Impl::list_of(const Pads& pads) {
     if (pressing) scene::refuse("skin", "(in a press, which calls progress)", "another skin");
     if (pads.all) return {.count = count};
     ++lists;
@@ -151,7 +151,7 @@ void Skin::Impl::need_shear(bool given) const {
                       given ? "none: the skin was made without shear" : "tractions: the skin was made with shear");
 }
 
-void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads,
+void Skin::Impl::press(const float* pressure, size_t numbers, const model::StepLengths& dt, const model::PadList& pads,
                        const float* traction) {
     need_shear(traction);
     source.need(numbers, dt, pads, cells.count());
@@ -179,15 +179,15 @@ void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
 }
 
 // Presses the pads that a Touch moves; fibres step in all pads.
-void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLengths& dt) {
-    const plan::PadList all = list_of({});
+void Skin::Impl::press(const contact::Touch::Impl& touch, const model::StepLengths& dt) {
+    const model::PadList all = list_of({});
     source.need(count * cells.count(), dt, all, cells.count());
     listed.clear();
     for (int pad = 0; size_t(pad) < count; ++pad)
         if (spiking.any() || touch.counts[size_t(pad)] > 0 ||
             !std::ranges::all_of(stages, [pad](Stage* s) { return s->rests(pad); }))
             listed.push_back(pad);
-    const plan::PadList pads{.ids = listed.data(), .count = listed.size()};
+    const model::PadList pads{.ids = listed.data(), .count = listed.size()};
     (void)cells.stream().take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
     if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
     const Press pressed(*this);
@@ -197,14 +197,14 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
 
 // Does all of so many presses that can fail, before a state changes. Throws Error::bad_input for a step that no press
 // takes.
-void Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses) {
+void Skin::Impl::prepare(const model::PadList& pads, const model::StepLengths& dt, size_t presses) {
     for (Stage* s : stages) s->prepare(pads, dt, presses);
     if (progress && spiking.in_blocks()) before.resize(saved_state.bytes(pads.count));
 }
 
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
 // If progress ends the press, the pads keep the state before it.
-void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
+void Skin::Impl::step(const model::PadList& pads, const model::StepLengths& dt, size_t frame, bool last) {
     prepare(pads, dt);
     const bool may_end = progress && spiking.in_blocks();
     StateParts<char> undo{};
@@ -218,8 +218,8 @@ void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, si
 }
 
 // Presses a copy of the frames, one after another where the stream does not take them together.
-void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
-                              const plan::StepLengths& dt) {
+void Skin::Impl::press_frames(const model::PadList& pads, const float* frames, size_t n, size_t numbers,
+                              const model::StepLengths& dt) {
     if (numbers == 0) return step(pads, dt); // of no pad
     const Press pressed(*this);
     const float* at = source.copied(cells, pads, frames, n, numbers);
@@ -244,14 +244,14 @@ void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, si
     }
 }
 
-void Skin::Impl::save(const plan::PadList& list, const StateParts<char>& to) {
+void Skin::Impl::save(const model::PadList& list, const StateParts<char>& to) {
     cells.save_cells(list, to.cells);
     if (to.steps) last_steps.save(list, to.steps);
     if (to.fibres) spiking.save(list, to.fibres);
     if (to.shear) shear.save(list, to.shear);
 }
 
-void Skin::Impl::load(const plan::PadList& list, const StateParts<const char>& from) {
+void Skin::Impl::load(const model::PadList& list, const StateParts<const char>& from) {
     cells.stream().load(list, from.cells);
     if (from.steps) last_steps.load(list, from.steps);
     if (from.fibres) spiking.load(list, from.fibres);
@@ -262,7 +262,7 @@ void Skin::Impl::load(const plan::PadList& list, const StateParts<const char>& f
 const std::vector<float>& Skin::Impl::told(Quantity q) {
     const DefaultFloats guard;
     if (q == Quantity::curvature && cells.fields() && rest_curvature.empty())
-        rest_curvature = rest_curvature_of(plan::prepare_skin(description, threads));
+        rest_curvature = rest_curvature_of(model::prepare_skin(description, threads));
     return cells.told(q, rest_curvature.data());
 }
 
@@ -271,7 +271,7 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
     scene::guarded(words, [&] {
         const DefaultFloats guard;
         Device::Impl& d = device.impl();
-        const auto skin = plan::streamed_skin(description, without_stretch(options), d.backend->threads());
+        const auto skin = model::streamed_skin(description, without_stretch(options), d.backend->threads());
         impl_ = std::make_unique<Impl>(skin, options, *d.backend);
         if (!d.backend->exact(skin)) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
         d.need_exact();
@@ -290,7 +290,7 @@ void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pad
 
 void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) {
     scene::guarded(impl_->needs, [&] {
-        const plan::PadList list = impl_->list_of(pads);
+        const model::PadList list = impl_->list_of(pads);
         if (steps != list.count)
             scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
         impl_->steps_of_pads.reserve(impl_->count);
@@ -333,8 +333,8 @@ Skin::Response Skin::response(Quantity q) const {
 void Skin::press_frames(const float* frames, size_t count, size_t numbers, double dt, const Pads& pads) {
     scene::guarded(impl_->needs, [&] {
         Impl& s = *impl_;
-        const plan::PadList list = s.list_of(pads);
-        const plan::StepLengths steps = s.steps(&dt);
+        const model::PadList list = s.list_of(pads);
+        const model::StepLengths steps = s.steps(&dt);
         s.source.need(numbers, steps, list, s.cells.count());
         s.need_shear(false);
         scene::need(count > 0, "count", count, "at least 1 frame");
@@ -356,8 +356,8 @@ std::vector<int> Skin::cells() const {
 void Skin::press_cells(const float* pressure, size_t numbers, double dt, const Pads& pads) {
     scene::guarded(impl_->needs, [&] {
         Impl& s = *impl_;
-        const plan::PadList list = s.list_of(pads);
-        const plan::StepLengths steps = s.steps(&dt);
+        const model::PadList list = s.list_of(pads);
+        const model::StepLengths steps = s.steps(&dt);
         if (s.cells.fields()) return s.press(pressure, numbers, steps, list);
         s.source.need(numbers, steps, list, s.cells.read().size());
         s.source.take_read(s.cells, list, pressure, numbers);
@@ -373,7 +373,7 @@ Skin::Spikes Skin::spikes() const {
 
 void Skin::reset(const Pads& pads) {
     scene::guarded(impl_->needs, [&] {
-        const plan::PadList list = impl_->list_of(pads);
+        const model::PadList list = impl_->list_of(pads);
         for (Stage* s : impl_->stages) s->reset(list);
     });
 }
@@ -384,14 +384,14 @@ size_t Skin::state_bytes(const Pads& pads) const {
 
 void Skin::save(void* state, size_t bytes, const Pads& pads) const {
     scene::guarded(impl_->needs, [&] {
-        const plan::PadList list = impl_->list_of(pads);
+        const model::PadList list = impl_->list_of(pads);
         impl_->save(list, impl_->saved_state.write(state, bytes, list.count));
     });
 }
 
 void Skin::load(const void* state, size_t bytes, const Pads& pads) {
     scene::guarded(impl_->needs, [&] {
-        const plan::PadList list = impl_->list_of(pads);
+        const model::PadList list = impl_->list_of(pads);
         const char* const given = static_cast<const char*>(state);
         const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
         const StateParts<const char> from = impl_->saved_state.read(given ? own.data() : nullptr, bytes, list.count);
@@ -405,12 +405,12 @@ void Skin::set_material(const Material& material, const Pads& pads) {
     scene::guarded(impl_->needs, [&] {
         const DefaultFloats guard;
         Impl& s = *impl_;
-        const plan::PadList list = s.list_of(pads);
+        const model::PadList list = s.list_of(pads);
         if (s.source.depths())
             scene::refuse("material", "(given)", "none with control = depth, where the strain follows from the depth");
-        plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
-        const std::vector<plan::Element> elements =
-            plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
+        model::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
+        const std::vector<model::Element> elements =
+            model::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
         Material taken = s.description.material; // Copies come first: they allocate, and the rest does not.
         scene::take_elements(taken, material);
         std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
@@ -427,9 +427,9 @@ Report Skin::report(int pad) const {
         scene::need(pad >= 0 && size_t(pad) < s.count, "pad", pad, "0.." + std::to_string(s.count - 1));
         SkinDescription own = s.description;
         scene::take_elements(own.material, s.material_of(pad));
-        std::optional<plan::PreparedSkin> skin;
-        if (!s.gain_at_rest) skin = plan::prepare_skin(own, s.threads);
-        std::vector<plan::Element> elements;
+        std::optional<model::PreparedSkin> skin;
+        if (!s.gain_at_rest) skin = model::prepare_skin(own, s.threads);
+        std::vector<model::Element> elements;
         if (s.uniform) elements = scene::chain_of(own.material);
         Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
                                   skin ? Impl::gain_of(*skin) : *s.gain_at_rest);

@@ -9,12 +9,12 @@
 
 namespace dermis {
 
-Source::Source(const plan::StreamedSkin& s, const SkinOptions& options)
+Source::Source(const model::StreamedSkin& s, const SkinOptions& options)
     : pads_(size_t(s.pads)), width_(size_t(s.skin.width())), cells_(s.skin.cells()),
       thickness_(options.control == Control::depth ? float(*s.skin.description.material.thickness) : 0),
       strains_(depths() ? pads_ * cells_ : 0) {}
 
-void Source::need(size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads, size_t cells_of_pad) const {
+void Source::need(size_t numbers, const model::StepLengths& dt, const model::PadList& pads, size_t cells_of_pad) const {
     // Only on failure: need_not_negative() builds its message first, which allocates.
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
         if (!finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
@@ -40,16 +40,16 @@ const float* Source::to_take(const float* numbers, size_t count) {
     return strains_.data();
 }
 
-void Source::take(PressedCells& cells, const plan::PadList& pads, const float* pressures, size_t numbers) {
+void Source::take(PressedCells& cells, const model::PadList& pads, const float* pressures, size_t numbers) {
     if (!cells.stream().take(pads, to_take(pressures, numbers))) refuse("pressure", pressures, pads);
 }
 
-void Source::take_read(PressedCells& cells, const plan::PadList& pads, const float* pressures, size_t numbers) {
+void Source::take_read(PressedCells& cells, const model::PadList& pads, const float* pressures, size_t numbers) {
     if (!cells.stream().take_cells(pads, to_take(pressures, numbers), cells.read(), cells_))
         refuse("pressure", pressures, pads, 1, cells.read());
 }
 
-const float* Source::copied(PressedCells& cells, const plan::PadList& pads, const float* frames, size_t n,
+const float* Source::copied(PressedCells& cells, const model::PadList& pads, const float* frames, size_t n,
                             size_t numbers) {
     scene::need(n <= taken_.max_size() / numbers, "count", double(n), "as many frames as memory holds");
     const size_t all = n * numbers, most = std::max((size_t(1) << 20) / numbers, size_t(1)) * numbers; // about 1 ms
@@ -64,13 +64,13 @@ const float* Source::copied(PressedCells& cells, const plan::PadList& pads, cons
         taken_.resize(std::max(taken_.size(), i + some));
         float* to = taken_.data() + i;
         if (depths()) to_strains(frames + i, some, to);
-        if (!(depths() ? plan::all_finite(to, some) : cells.stream().copy(frames + i, some, to)))
+        if (!(depths() ? model::all_finite(to, some) : cells.stream().copy(frames + i, some, to)))
             refuse("pressure", frames, pads, n);
     }
     return taken_.data();
 }
 
-void Source::refuse(const char* argument, const float* numbers, const plan::PadList& pads, size_t frames,
+void Source::refuse(const char* argument, const float* numbers, const model::PadList& pads, size_t frames,
                     const std::vector<size_t>& listed) const {
     const std::string of = argument == std::string_view("traction") ? " of axis " : " of frame ";
     const float unit = depths() ? thickness_ : 1.0f;

@@ -9,20 +9,20 @@ namespace dermis {
 
 class Source {
   public:
-    Source(const plan::StreamedSkin&, const SkinOptions&);
+    Source(const model::StreamedSkin&, const SkinOptions&);
     bool depths() const { return thickness_ > 0; } // SkinOptions::control
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
-    void need(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
+    void need(size_t numbers, const model::StepLengths&, const model::PadList&, size_t cells_of_pad) const;
     // Hands pressures of all cells, or of the cells that sites read, to the stream. Throws Error::bad_input for one
     // that is not finite.
-    void take(PressedCells&, const plan::PadList&, const float* pressures, size_t numbers);
-    void take_read(PressedCells&, const plan::PadList&, const float* pressures, size_t numbers);
+    void take(PressedCells&, const model::PadList&, const float* pressures, size_t numbers);
+    void take_read(PressedCells&, const model::PadList&, const float* pressures, size_t numbers);
     // Returns a copy of frames, as pressures or strains. It calls look() from time to time. It is valid until the next
     // call.
-    const float* copied(PressedCells&, const plan::PadList&, const float* frames, size_t count, size_t numbers);
+    const float* copied(PressedCells&, const model::PadList&, const float* frames, size_t count, size_t numbers);
     // Throws Error::bad_input naming the first number that is not finite, or none if another thread has changed it
     // since. listed: the cells whose numbers these are; empty: all cells.
-    [[noreturn]] void refuse(const char* argument, const float* numbers, const plan::PadList&, size_t frames = 1,
+    [[noreturn]] void refuse(const char* argument, const float* numbers, const model::PadList&, size_t frames = 1,
                              const std::vector<size_t>& listed = {}) const;
 
   private:

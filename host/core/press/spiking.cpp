@@ -31,10 +31,10 @@ std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
 
 } // namespace
 
-Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend, PressedCells& pressed)
+Spiking::Spiking(const model::StreamedSkin& s, model::Backend& backend, PressedCells& pressed)
     : pressed_(pressed), planes_(s.skin.chain.elements() * (s.variant().compensated ? 2 : 1)) {
     if (s.afferents.empty()) return;
-    std::ranges::transform(s.afferents, std::back_inserter(kinds_), plan::kind_of);
+    std::ranges::transform(s.afferents, std::back_inserter(kinds_), model::kind_of);
     fibres_ = backend.fibres(kinds_, size_t(s.pads));
     const std::vector<Site>& sites = s.skin.description.sites;
     const std::vector<size_t>& held = pressed.read();
@@ -51,22 +51,22 @@ Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend, PressedCel
             Source& source = sources_.emplace_back(
                 Source{.kind = kind, .ending = ending, .stress = a.follow == Signal::stress, .cells = {}});
             for (size_t i = ending; i < a.cells.size(); i += kinds_[kind].endings)
-                source.cells.push_back(
-                    uint32_t(std::ranges::lower_bound(cells_, s.skin.number_of(a.cells[i]), {}, &plan::HeldCell::cell) -
-                             cells_.begin()));
+                source.cells.push_back(uint32_t(
+                    std::ranges::lower_bound(cells_, s.skin.number_of(a.cells[i]), {}, &model::HeldCell::cell) -
+                    cells_.begin()));
         }
     moduli_.resize(size_t(s.pads));
     read_.resize(size_t(s.pads) * cells_.size() * (planes_ + 1));
     state_.resize(fibres_->state_size());
     for (int pad = 0; s.skin.uniform() && pad < s.pads; ++pad)
-        moduli_[size_t(pad)] = scene::modulus_at_rest(plan::elements_of(s, pad));
+        moduli_[size_t(pad)] = scene::modulus_at_rest(model::elements_of(s, pad));
 }
 
-void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+void Spiking::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     for (size_t i = 0; any() && i < pads.count; ++i) moduli_[size_t(pads[i])] = scene::modulus_at_rest(elements);
 }
 
-void Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses) {
+void Spiking::prepare(const model::PadList& pads, const model::StepLengths& dt, size_t presses) {
     if (!any()) return;
     double longest = 0;
     size_t work = 0;
@@ -79,11 +79,11 @@ void Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, si
         work += fibres_->work_of_pad() * (dt.each ? 1 : pads.count);
     }
     spikes_.reserve(fibres_->most_spikes(longest, presses));
-    in_blocks_ = work > plan::FibrePopulation<f32>::work_of_block;
+    in_blocks_ = work > model::FibrePopulation<f32>::work_of_block;
 }
 
 // The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
-void Spiking::read_inputs(const plan::PadList& pads) {
+void Spiking::read_inputs(const model::PadList& pads) {
     const size_t n = cells_.size();
     pressed_.stream().read(pads, cells_, planes_, read_.data());
     const float* planes = read_.data();
@@ -103,7 +103,7 @@ void Spiking::read_inputs(const plan::PadList& pads) {
     }
 }
 
-void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool) {
+void Spiking::press(const model::PadList& pads, const model::StepLengths& dt, size_t frame, bool) {
     if (!any()) return;
     if (frame == 0) spikes_.clear();
     fibres_->forget_spikes();
@@ -117,14 +117,14 @@ void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, size
         spikes_.push_back({.pad = s.pad, .afferent = s.fibre, .frame = int(frame), .share = s.share});
 }
 
-void Spiking::reset(const plan::PadList& pads) {
+void Spiking::reset(const model::PadList& pads) {
     for (size_t i = 0; any() && i < pads.count; ++i) fibres_->reset(size_t(pads[i]));
 }
 
-void Spiking::save(const plan::PadList& pads, char* states) {
+void Spiking::save(const model::PadList& pads, char* states) {
     for (size_t i = 0; i < pads.count; ++i) {
         fibres_->save(size_t(pads[i]), state_.data());
-        plan::copy_state(states, state_.data(), state_.size());
+        model::copy_state(states, state_.data(), state_.size());
     }
 }
 
@@ -132,7 +132,7 @@ void Spiking::need_possible(const char* states, size_t pads) const {
     static constexpr const char* names[FIBRE_PLANES] = {"y",     "y'",    "y''", "V", "refractory time",
                                                         "after", "after", "q"};
     for (size_t pad = 0, fibre = 0; pad < pads; ++pad, fibre = 0)
-        for (const plan::FibreKind& k : kinds_)
+        for (const model::FibreKind& k : kinds_)
             for (size_t end = fibre + k.count; fibre < end; ++fibre)
                 for (size_t n = 0; n < k.endings * FIBRE_PLANES; ++n, states += sizeof(float)) {
                     float x = 0;
@@ -147,9 +147,9 @@ void Spiking::need_possible(const char* states, size_t pads) const {
                 }
 }
 
-void Spiking::load(const plan::PadList& pads, const char* states) {
+void Spiking::load(const model::PadList& pads, const char* states) {
     for (size_t i = 0; i < pads.count; ++i) {
-        plan::copy_state(states, state_.data(), state_.size());
+        model::copy_state(states, state_.data(), state_.size());
         fibres_->load(size_t(pads[i]), state_.data());
     }
 }

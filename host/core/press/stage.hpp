@@ -12,37 +12,37 @@ class Stage {
     virtual ~Stage() = default;
     // Does all of so many presses of these pads that can fail. Changes no state. Throws Error::bad_input for a step
     // that the stage cannot take.
-    virtual void prepare(const plan::PadList&, const plan::StepLengths&, size_t /*presses*/) {}
+    virtual void prepare(const model::PadList&, const model::StepLengths&, size_t /*presses*/) {}
     // Steps pads by steps that were prepared; it refuses and allocates nothing. frame: counts the presses of a call.
     // last: responses are read after it.
-    virtual void press(const plan::PadList&, const plan::StepLengths&, size_t frame, bool last) = 0;
+    virtual void press(const model::PadList&, const model::StepLengths&, size_t frame, bool last) = 0;
     // Whether a press of numbers that are all 0 leaves a pad as it is.
     virtual bool rests(int /*pad*/) const { return true; }
-    virtual void reset(const plan::PadList&) = 0; // back to skins at rest
+    virtual void reset(const model::PadList&) = 0; // back to skins at rest
     // Gives pads other elements in series, all of them the same.
-    virtual void set_elements(const plan::PadList&, const std::vector<plan::Element>&) {}
+    virtual void set_elements(const model::PadList&, const std::vector<model::Element>&) {}
     // The stage's part of a saved state: the bytes of a pad, 0 if it has none; copied to and from any address.
     virtual size_t state_bytes() const { return 0; }
-    virtual void save(const plan::PadList&, char* /*to*/) {}
-    virtual void load(const plan::PadList&, const char* /*from*/) {}
+    virtual void save(const model::PadList&, char* /*to*/) {}
+    virtual void load(const model::PadList&, const char* /*from*/) {}
 };
 
 // The last step of each pad, s; 0: none, or not known. It is saved only under parabolic hold.
 class LastSteps : public Stage {
   public:
-    explicit LastSteps(const plan::StreamedSkin&);
-    plan::StepLengths of(const double* dt, bool each) {
+    explicit LastSteps(const model::StreamedSkin&);
+    model::StepLengths of(const double* dt, bool each) {
         return {.dt = dt, .each = each, .before = steps_.data(), .bent = bent_};
     }
     // The last step of a pad if it tells the frequency of its frames, else 0.
     double frame_of(int pad) const { return bent_ ? 0 : steps_[size_t(pad)]; }
-    void press(const plan::PadList& pads, const plan::StepLengths& dt, size_t = 0, bool = true) override {
+    void press(const model::PadList& pads, const model::StepLengths& dt, size_t = 0, bool = true) override {
         dt.taken(pads);
     }
-    void reset(const plan::PadList&) override;
+    void reset(const model::PadList&) override;
     size_t state_bytes() const override { return bent_ ? sizeof(double) : 0; }
-    void save(const plan::PadList&, char* to) override;
-    void load(const plan::PadList&, const char* from) override;
+    void save(const model::PadList&, char* to) override;
+    void load(const model::PadList&, const char* from) override;
 
   private:
     const bool bent_; // under parabolic hold

@@ -13,8 +13,8 @@ constexpr size_t spikes_offset = 2 * sizeof(uint32_t), line = 64; // numbers at 
 
 } // namespace
 
-Fibres::Fibres(std::shared_ptr<Context> context, const std::vector<plan::FibreKind>& kinds, size_t pads)
-    : plan::FibrePopulation<f32>(kinds, pads, line), context_(std::move(context)),
+Fibres::Fibres(std::shared_ptr<Context> context, const std::vector<model::FibreKind>& kinds, size_t pads)
+    : model::FibrePopulation<f32>(kinds, pads, line), context_(std::move(context)),
       kernel_(context_->pipelines(), fibres_module(),
               {.bindings = FIBRES_BINDINGS,
                .constants_bytes = sizeof(f32::FibreDispatch),
@@ -52,7 +52,7 @@ void Fibres::record(size_t number, size_t first_pad, size_t pads, int part, int 
     const Kind& kind = kinds_[number];
     const int fibres = int(pads * kind.padded), endings = int(kind.endings),
               last = std::min(part + parts, kind.constants.substeps) * endings,
-              length = std::max(FIBRE_PASSES / plan::passes_of_substep(kind.constants), 1),
+              length = std::max(FIBRE_PASSES / model::passes_of_substep(kind.constants), 1),
               most = int(std::clamp(context_->pipelines().device().most_work / (work_of_substep * length), 1.0,
                                     double(fibres)));
     for (int begin = part * endings, end = 0; begin < last; begin = end, recording_.barrier()) {

@@ -9,10 +9,10 @@
 
 namespace dermis::vulkan {
 
-class Fibres : public plan::FibrePopulation<f32> {
+class Fibres : public model::FibrePopulation<f32> {
   public:
     // Throws Error::device.
-    Fibres(std::shared_ptr<Context>, const std::vector<plan::FibreKind>&, size_t pads);
+    Fibres(std::shared_ptr<Context>, const std::vector<model::FibreKind>&, size_t pads);
 
   private:
     void grow(size_t most) override;

@@ -13,7 +13,7 @@ namespace dermis::vulkan {
 namespace {
 
 // Refuses what the device cannot hold, before anything is allocated.
-void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDeviceSize all, VkDeviceSize largest) {
+void check_fits(const model::PreparedSkin& skin, const Context& context, VkDeviceSize all, VkDeviceSize largest) {
     const std::string grid = std::to_string(skin.width()) + " x " + std::to_string(skin.height());
     const auto refuse = [&](VkDeviceSize needed, const char* limit, VkDeviceSize allowed) {
         throw Error(Error::Code::bad_input, "grid.width",
@@ -30,7 +30,7 @@ void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDevice
 // The kernel `fields` over either state of a march.
 class FieldsKernel {
   public:
-    FieldsKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
+    FieldsKernel(Pipelines& pipelines, const model::PreparedSkin& skin, const model::Variant& variant,
                  const MarchMemory& memory)
         : windows_(
               row_windows(pipelines.device(), skin,
@@ -72,7 +72,7 @@ class FieldsKernel {
 
 // The regions that copy a map's first plane without gaps, from byte `at` on. In a state, the rows of other planes lie
 // between the rows of the first one.
-std::vector<VkBufferCopy> regions_of(const plan::PreparedSkin& skin, int planes, VkDeviceSize at) {
+std::vector<VkBufferCopy> regions_of(const model::PreparedSkin& skin, int planes, VkDeviceSize at) {
     const VkDeviceSize row = VkDeviceSize(skin.pitch) * sizeof(float), rows = VkDeviceSize(skin.height());
     if (planes == 1) return {{0, at, rows * row}};
     std::vector<VkBufferCopy> regions;
@@ -80,20 +80,20 @@ std::vector<VkBufferCopy> regions_of(const plan::PreparedSkin& skin, int planes,
     return regions;
 }
 
-class DeviceMarch : public plan::March {
+class DeviceMarch : public model::March {
   public:
-    DeviceMarch(const plan::MarchPlan& plan, std::shared_ptr<Context> context)
-        : plan_(plan), skin_(plan.skin), constants_(plan::constants_of<f32>(skin_, plan.pressed)),
+    DeviceMarch(const model::MarchPlan& plan, std::shared_ptr<Context> context)
+        : plan_(plan), skin_(plan.skin), constants_(model::constants_of<f32>(skin_, plan.pressed)),
           context_(std::move(context)), memory_(plan), results_(*context_, plan), recording_(*context_),
           staging_(*context_, recording_) {
         check_fits(skin_, *context_, memory_.bytes() + results_.bytes(),
                    std::max(results_.bytes(), memory_.bytes_of(MarchMemory::coefficients)));
         // These throw where a value does not fit, so they come before any buffer.
         const bool framed = plan.variant.framed;
-        const std::vector<float> rest = plan::padded_rest_curvature<float>(skin_),
-                                 surface = plan::padded_surface<float>(skin_),
+        const std::vector<float> rest = model::padded_rest_curvature<float>(skin_),
+                                 surface = model::padded_surface<float>(skin_),
                                  pressure = framed ? std::vector<float>()
-                                                   : plan::padded<float>(plan.pressure, skin_, "load.intensity");
+                                                   : model::padded<float>(plan.pressure, skin_, "load.intensity");
         memory_.allocate(*context_);
         make_kernels();
         memory_.clear(*context_, recording_.commands());
@@ -109,10 +109,10 @@ class DeviceMarch : public plan::March {
     void frame(const std::vector<double>& map) override {
         const Use use = context_->need_working();
         to_ = 1 - to_;
-        stage(plan::padded<float>(map, skin_, "load.intensity"), MarchMemory::pressure0 + to_);
+        stage(model::padded<float>(map, skin_, "load.intensity"), MarchMemory::pressure0 + to_);
     }
 
-    bool press(const plan::MarchStep& step) override {
+    bool press(const model::MarchStep& step) override {
         const Use use = context_->need_working();
         if (step.coefficients != table_of_) {
             table_of_ = step.coefficients;
@@ -121,7 +121,7 @@ class DeviceMarch : public plan::March {
             if (plan_.variant.tabled()) stage(table_, MarchMemory::coefficients);
         }
         press_->record(recording_.commands(), binding(from_, to_),
-                       plan::constants_of<f32>(constants_, skin_.tabled() ? nullptr : table_.data(), step), 1,
+                       model::constants_of<f32>(constants_, skin_.tabled() ? nullptr : table_.data(), step), 1,
                        &recording_);
         recording_.barrier();
         ++dispatches_;
@@ -217,8 +217,8 @@ class DeviceMarch : public plan::March {
         }
     }
 
-    const plan::MarchPlan plan_;
-    const plan::PreparedSkin& skin_;
+    const model::MarchPlan plan_;
+    const model::PreparedSkin& skin_;
     const f32::Constants constants_; // of every step
     std::shared_ptr<Context> context_;
     MarchMemory memory_;
@@ -228,7 +228,7 @@ class DeviceMarch : public plan::March {
     std::unique_ptr<Buffer> download_;
     Recording recording_;
     Staging staging_;
-    std::shared_ptr<const plan::StepCoefficients> table_of_; // what the table was made from
+    std::shared_ptr<const model::StepCoefficients> table_of_; // what the table was made from
     std::vector<f32::Coefficients> table_;
     size_t recorded_ = 0;
     int from_ = 0, visible_ = 0, to_ = 1; // states: that a step begins with, that the last one made; pressure run to
@@ -237,7 +237,7 @@ class DeviceMarch : public plan::March {
 
 } // namespace
 
-std::unique_ptr<plan::March> march(const plan::MarchPlan& plan, std::shared_ptr<Context> context) {
+std::unique_ptr<model::March> march(const model::MarchPlan& plan, std::shared_ptr<Context> context) {
     return std::make_unique<DeviceMarch>(plan, std::move(context));
 }
 

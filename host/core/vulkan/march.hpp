@@ -8,6 +8,6 @@
 namespace dermis::vulkan {
 
 // Throws Error::bad_input if a value or size is beyond the device's limits, before anything is allocated.
-std::unique_ptr<plan::March> march(const plan::MarchPlan&, std::shared_ptr<Context>);
+std::unique_ptr<model::March> march(const model::MarchPlan&, std::shared_ptr<Context>);
 
 } // namespace dermis::vulkan

@@ -26,13 +26,13 @@ class MarchMemory {
         names
     };
 
-    explicit MarchMemory(const plan::MarchPlan& plan) : plan_(plan), map_(plan.skin.padded_cells() * sizeof(float)) {}
+    explicit MarchMemory(const model::MarchPlan& plan) : plan_(plan), map_(plan.skin.padded_cells() * sizeof(float)) {}
 
     VkDeviceSize map_bytes() const { return map_; }
     // A buffer that the run does not need is bound all the same, so it has 4 bytes.
     VkDeviceSize bytes_of(int name) const {
         constexpr VkDeviceSize unused = 4;
-        const plan::Variant& variant = plan_.variant;
+        const model::Variant& variant = plan_.variant;
         if (name >= responses && name < curvature)
             return variant.wanted[size_t(name - responses + QUANTITY_SA1)] ? map_ : unused;
         switch (name) {
@@ -65,7 +65,7 @@ class MarchMemory {
     // Records the state of a skin at rest. Responses of a wholly pressed grid begin as NaN, so that one which is read
     // before it is written shows.
     void clear(const Context& context, VkCommandBuffer commands) const {
-        const plan::PressedBox &box = plan_.pressed, all = plan_.skin.whole();
+        const model::PressedBox &box = plan_.pressed, all = plan_.skin.whole();
         const bool whole =
             box.first_row == 0 && box.last_row == all.last_row && box.first_tile == 0 && box.last_tile == all.last_tile;
         constexpr uint32_t nan = 0xffffffff;
@@ -79,7 +79,7 @@ class MarchMemory {
     static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
 
   private:
-    const plan::MarchPlan plan_;
+    const model::MarchPlan plan_;
     const VkDeviceSize map_;
     std::vector<Buffer> buffers_;
 };

@@ -9,9 +9,9 @@ static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 1
 
 namespace {
 
-bool is_batch(const plan::Variant& variant) { return variant.pads != plan::Variant::Pads::none; }
+bool is_batch(const model::Variant& variant) { return variant.pads != model::Variant::Pads::none; }
 
-std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int y, int z) {
+std::vector<uint32_t> specialization_of(const model::Variant& variant, int x, int y, int z) {
     std::vector<uint32_t> constants = specialization(variant);
     constants[VARIANT_GROUP_X] = uint32_t(x);
     constants[VARIANT_GROUP_Y] = uint32_t(y);
@@ -23,8 +23,8 @@ std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int
 
 Module press_module_for(const DeviceTable& device) { return device.texels ? press_texels_module() : press_module(); }
 
-PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
-                         const plan::PressedBox& pressed, uint32_t max_bindings)
+PressKernel::PressKernel(Pipelines& pipelines, const model::PreparedSkin& skin, const model::Variant& variant,
+                         const model::PressedBox& pressed, uint32_t max_bindings)
     : variant_(variant), pitch_(skin.pitch),
       columns_(is_batch(variant) ? skin.width() : pressed.last_tile * TILE_CELLS - pressed.first_column()),
       group_(group_of(skin, variant, pressed)), windows_(row_windows(pipelines.device(), skin,
@@ -41,8 +41,8 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
 
 // A workgroup takes as many rows of a pad as fill it, shared evenly among the workgroups of the pad; or several pads.
 // Of a skin that is pressed in part it takes one row, because no other row may be written.
-PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant,
-                                         const plan::PressedBox& pressed) {
+PressKernel::Group PressKernel::group_of(const model::PreparedSkin& skin, const model::Variant& variant,
+                                         const model::PressedBox& pressed) {
     if (!is_batch(variant) && (pressed.first_row > 0 || pressed.last_row < skin.height()))
         return {.x = PRESS_X * PRESS_Y, .y = 1, .z = 1};
     if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y, .z = 1};

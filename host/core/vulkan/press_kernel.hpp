@@ -19,7 +19,7 @@ class PressKernel {
         std::array<BufferRange, RESPONSE_MAPS> response; // any small range for a response that is not asked for
         BufferRange coefficients, material, invalid;     // any range for the first two if the material is uniform
     };
-    PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
+    PressKernel(Pipelines&, const model::PreparedSkin&, const model::Variant&, const model::PressedBox&,
                 uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
     size_t pads_of_group() const { return size_t(group_.z); }
@@ -34,12 +34,12 @@ class PressKernel {
     struct Group { // size of a workgroup
         int x, y, z;
     };
-    static Group group_of(const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&);
+    static Group group_of(const model::PreparedSkin&, const model::Variant&, const model::PressedBox&);
     double work_of(const RowWindow& window) const {
         return double(numbers_of_press(variant_)) * columns_ * window.rows();
     }
 
-    const plan::Variant variant_;
+    const model::Variant variant_;
     const int pitch_, columns_; // columns_: the number of columns that are pressed
     const Group group_;
     std::vector<RowWindow> windows_;

@@ -14,15 +14,15 @@ constexpr VkDeviceSize slice_alignment = 256; // the greatest minStorageBufferOf
 
 } // namespace
 
-Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t max_bindings)
+Recorder::Recorder(Pipelines& pipelines, model::StreamedSkin&& streamed, uint32_t max_bindings)
     : device_(pipelines.device()), streamed_(std::move(streamed)), layout_(response_layout_of(streamed_)) {
-    const plan::PreparedSkin& skin = streamed_.skin;
+    const model::PreparedSkin& skin = streamed_.skin;
     if (skin.description.sites.empty())
         fields_.emplace(pipelines, skin, streamed_.variant(), skin.whole(), max_bindings);
     else sites_.emplace(pipelines, streamed_, layout_, max_bindings);
     if (fields_ && streamed_.pads > 1 && !streamed_.variant().tabled() && streamed_.elements_of_pad.empty()) {
-        plan::Variant alike = streamed_.variant();
-        alike.pads = plan::Variant::Pads::alike;
+        model::Variant alike = streamed_.variant();
+        alike.pads = model::Variant::Pads::alike;
         alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings);
     }
     materials_ = sites_ ? sites_->materials() : skin.materials;
@@ -30,7 +30,7 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
         cells_ = append(sites_->cells());
         stencils_ = append(sites_->sites());
     } else {
-        rest_ = append(plan::padded_rest_curvature<float>(skin));
+        rest_ = append(model::padded_rest_curvature<float>(skin));
         material_ = append(skin.material_of);
     }
     if (streamed_.pads > 1)
@@ -38,7 +38,7 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
     else if (streamed_.variant().tabled()) table_ = append(std::vector<f32::Coefficients>(table_length()));
     fill_needs();
     check_limits();
-    plan::drop_maps(streamed_.skin);
+    model::drop_maps(streamed_.skin);
 }
 
 void Recorder::fill_needs() {
@@ -127,7 +127,7 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                         .material = streamed_.skin.uniform() ? invalid : constant(material_),
                         .invalid = invalid};
     for (size_t i = 0; i < m.response.size(); ++i) {
-        const plan::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
+        const model::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
         m.response[i] =
             streamed_.wanted[QUANTITY_SA1 + i]
                 ? BufferRange{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}
@@ -154,15 +154,15 @@ size_t Recorder::behind_list() const {
     return (bytes + sizeof(f32::Coefficients) - 1) / sizeof(f32::Coefficients);
 }
 
-std::span<const plan::Element> Recorder::elements_of(int pad) const {
-    const std::vector<plan::Element>& own = streamed_.elements_of_pad;
+std::span<const model::Element> Recorder::elements_of(int pad) const {
+    const std::vector<model::Element>& own = streamed_.elements_of_pad;
     const size_t chain = streamed_.skin.chain.length;
     return own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * chain, chain);
 }
 
 template <class F> bool Recorder::each_update(PressTable& table, const Press& press, const Slots& slots, F f) const {
-    const plan::PreparedSkin& skin = streamed_.skin;
-    const size_t entries = plan::entries_of(streamed_.hold), length = table_length(),
+    const model::PreparedSkin& skin = streamed_.skin;
+    const size_t entries = model::entries_of(streamed_.hold), length = table_length(),
                  chain = entries * skin.chain.length,
                  most = table.coefficients.size() / chain * chain; // whole materials
     f32::Coefficients* const begin = table.coefficients.data();
@@ -170,9 +170,9 @@ template <class F> bool Recorder::each_update(PressTable& table, const Press& pr
     for (size_t i = slots.first; i < slots.last; ++i)
         for (size_t at = 0, more; at < length; at += more) {
             more = std::min(length - at, most - n);
-            const std::span<const plan::Element> elements =
+            const std::span<const model::Element> elements =
                 elements_of(press.pads.count ? press.pads[i] : 0).subspan(at / entries, more / entries);
-            if (!plan::fill_table<f32>(elements, skin.chain, skin.rule, press.dt.of(press.pads, i), begin + n))
+            if (!model::fill_table<f32>(elements, skin.chain, skin.rule, press.dt.of(press.pads, i), begin + n))
                 return false;
             n += more;
             if (n < most && (at + more < length || i + 1 < slots.last)) continue;
@@ -211,7 +211,7 @@ void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const Pre
     else (void)each_update(table, press, slots, put); // true: it was checked
 }
 
-void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan::PadList& pads) const {
+void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const model::PadList& pads) const {
     const Bound& b = bound_[binding];
     const auto copy = [&](const VkDescriptorBufferInfo& from, const VkDescriptorBufferInfo& to, const Memory& needs,
                           size_t first, size_t last) {
@@ -258,7 +258,7 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
                 else if (first == 0) update_tables(commands, binding, press, {0, 1}, table);
             });
         if (count == 0) return;
-        f32::Constants c = plan::frame_constants(streamed_.skin, table.coefficients.front());
+        f32::Constants c = model::frame_constants(streamed_.skin, table.coefficients.front());
         c.respond = press.answers;
         const uint32_t pads = uint32_t(slots.last - slots.first);
         if (sites_) sites_->record(commands, binding, c, pads, own);
@@ -266,7 +266,7 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
     }
 }
 
-void Recorder::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+void Recorder::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     if (streamed_.elements_of_pad.empty()) materials_ = elements;
     else
         for (size_t i = 0; i < pads.count; ++i)

@@ -23,18 +23,18 @@ struct PressTable {
 class Recorder {
   public:
     // Throws Error::bad_input, naming the device limit that is exceeded.
-    Recorder(Pipelines&, plan::StreamedSkin&&, uint32_t max_bindings);
+    Recorder(Pipelines&, model::StreamedSkin&&, uint32_t max_bindings);
     Recorder(const Recorder&) = delete;
     Recorder& operator=(const Recorder&) = delete;
 
-    const plan::StreamedSkin& skin() const { return streamed_; } // without its maps, which stand in the constants
-    const plan::ResponseLayout& layout() const { return layout_; }
+    const model::StreamedSkin& skin() const { return streamed_; } // without its maps, which stand in the constants
+    const model::ResponseLayout& layout() const { return layout_; }
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
     void bind(size_t binding, const Buffers&); // trusts that the buffers are what needs() asks for
     struct Press {
-        plan::PadList pads; // their numbers ascend
-        plan::StepLengths dt;
+        model::PadList pads; // their numbers ascend
+        model::StepLengths dt;
         bool answers = true; // whether responses are computed
     };
     // Fills the table for a press. Returns false where a coefficient is beyond float.
@@ -45,7 +45,7 @@ class Recorder {
     // The most work of a pad's press.
     double work_of_pad() const { return sites_ ? sites_->work_of_pad() : fields_->work_of_pad(); }
     // Gives pads other elements, the same number as before.
-    void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
+    void set_elements(const model::PadList&, const std::vector<model::Element>&);
 
   private:
     struct Slice { // a part of the constants
@@ -54,7 +54,7 @@ class Recorder {
     template <class T> Slice append(const std::vector<T>&);
     // The coefficients of a pad's table.
     size_t table_length() const {
-        return plan::entries_of(streamed_.hold) *
+        return model::entries_of(streamed_.hold) *
                (streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length);
     }
     size_t pads_of_group() const { return fields_ ? fields_->pads_of_group() : 1; } // of a workgroup
@@ -64,7 +64,7 @@ class Recorder {
         return streamed_.elements_of_pad.empty() && !press.dt.each && press.dt.alike(press.pads);
     }
     // The elements of a pad's table.
-    std::span<const plan::Element> elements_of(int pad) const;
+    std::span<const model::Element> elements_of(int pad) const;
     // Pads first .. last - 1 of a press, by their places in its list.
     struct Slots {
         size_t first, last;
@@ -75,23 +75,23 @@ class Recorder {
     void update_list(VkCommandBuffer, size_t binding, const Press&, const Slots&) const;
     void update_tables(VkCommandBuffer, size_t binding, const Press&, const Slots&, PressTable&) const;
     void update(VkCommandBuffer, size_t binding, size_t offset, const void* from, size_t bytes) const;
-    void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const;
+    void copy_others(VkCommandBuffer, size_t binding, const model::PadList&) const;
     void fill_needs();
     void check_limits() const;
     // Calls `update` between the barriers that keep it apart from earlier and later presses.
     template <class F> void between_presses(VkCommandBuffer, F update) const;
 
     const DeviceTable& device_;
-    plan::StreamedSkin streamed_;
-    const plan::ResponseLayout layout_;
+    model::StreamedSkin streamed_;
+    const model::ResponseLayout layout_;
     std::optional<PressKernel> fields_; // set where every cell responds
     std::optional<PressKernel> alike_;  // set for pads that all have the same single element
     std::optional<SitesKernel> sites_;  // set where only sites respond
     MemoryNeeds needs_;
     Slice rest_, material_, table_, cells_, stencils_;
-    std::vector<plan::Element> materials_; // the elements of all, or of a pad without elements of its own
-    struct Bound {                         // by a binding
-        BufferRange table;                 // list and coefficients
+    std::vector<model::Element> materials_; // the elements of all, or of a pad without elements of its own
+    struct Bound {                          // by a binding
+        BufferRange table;                  // list and coefficients
         VkDescriptorBufferInfo state_from, state_to, pressure_from, pressure_to;
     };
     std::vector<Bound> bound_;

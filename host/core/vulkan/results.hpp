@@ -13,7 +13,7 @@ namespace dermis::vulkan {
 class Results {
   public:
     // Chooses the number of slots.
-    Results(Context& context, const plan::MarchPlan& plan)
+    Results(Context& context, const model::MarchPlan& plan)
         : plan_(plan), slot_bytes_(VkDeviceSize(REDUCED_MAPS) * (tiles() + probes()) * sizeof(f32::Summary)) {
         constexpr double ring_bytes = 16e6;
         const double room = std::min(ring_bytes, double(context.limits().maxStorageBufferRange)) / double(slot_bytes_);
@@ -60,8 +60,8 @@ class Results {
 
     // Records the reduction of the wanted maps at the end of a step that wrote state 0 or 1. Returns the number of
     // dispatches.
-    int record(Recording& recording, plan::Sample& sample, int state) {
-        const plan::PressedBox& box = plan_.pressed;
+    int record(Recording& recording, model::Sample& sample, int state) {
+        const model::PressedBox& box = plan_.pressed;
         const VkCommandBuffer commands = recording.commands();
         const int tiles = std::max(box.last_tile - box.first_tile, 1);
         int dispatches = 0;
@@ -97,10 +97,10 @@ class Results {
     // Fills the sample of each step recorded since the last call, after the submission.
     void hand_over() {
         const auto* map = static_cast<const f32::Summary*>(summaries_->data());
-        for (plan::Sample* sample : samples_) {
+        for (model::Sample* sample : samples_) {
             sample->points.clear();
             for (size_t q = 0; q < REDUCED_MAPS; ++q, map += tiles() + probes()) {
-                sample->totals[q] = plan::total_of<f32>(map, tiles(), plan_.skin.cells());
+                sample->totals[q] = model::total_of<f32>(map, tiles(), plan_.skin.cells());
                 for (size_t i = 0; i < probes(); ++i) sample->points.push_back(double(map[tiles() + i].sum));
             }
         }
@@ -112,13 +112,13 @@ class Results {
     size_t probes() const { return plan_.points.size(); }
     size_t tiles() const { return size_t(plan_.skin.height()) * size_t(plan_.skin.tiles); }
 
-    const plan::MarchPlan plan_;
+    const model::MarchPlan plan_;
     VkDeviceSize slot_bytes_;
     size_t slots_ = 1;
     std::vector<RowWindow> windows_;
     std::unique_ptr<Buffer> summaries_, probe_cells_;
     std::unique_ptr<Kernel> reduce_;
-    std::vector<plan::Sample*> samples_; // of the steps that have a slot, in order
+    std::vector<model::Sample*> samples_; // of the steps that have a slot, in order
 };
 
 } // namespace dermis::vulkan

@@ -12,9 +12,9 @@ constexpr uint32_t most_groups = 65535; // workgroups along an axis that every d
 
 static_assert(sizeof(f32::SiteConstants) <= 128, "push constants: every device has 128 bytes");
 
-f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCells& needed, const Site& site,
+f32::SiteStencil stencil_of(const model::PreparedSkin& skin, const model::SiteCells& needed, const Site& site,
                             size_t response) {
-    const plan::StencilCells n = stencil_cells_of(skin, needed, site.cell);
+    const model::StencilCells n = stencil_cells_of(skin, needed, site.cell);
     f32::SiteStencil s{};
     s.here = int(n.here);
     s.x_far_low = int(n.x[0]);
@@ -33,11 +33,11 @@ f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCell
 
 } // namespace
 
-SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streamed, const plan::ResponseLayout& layout,
+SitesKernel::SitesKernel(Pipelines& pipelines, const model::StreamedSkin& streamed, const model::ResponseLayout& layout,
                          uint32_t max_bindings)
     : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), planes_(streamed.variant().state().planes()),
       pads_(streamed.pads > 1),
-      needed_(streamed.skin, {streamed.skin.whole()}, plan::cells_of(streamed.skin.description.sites)),
+      needed_(streamed.skin, {streamed.skin.whole()}, model::cells_of(streamed.skin.description.sites)),
       windows_(row_windows(
           pipelines.device(), streamed.skin,
           {.first = 0,

@@ -15,13 +15,13 @@ class SitesKernel {
         BufferRange pressure_from, pressure_to, cells, sites, state_from, state_to, response;
         BufferRange coefficients, invalid; // any range for the first if the material is uniform
     };
-    SitesKernel(Pipelines&, const plan::StreamedSkin&, const plan::ResponseLayout&, uint32_t max_bindings);
+    SitesKernel(Pipelines&, const model::StreamedSkin&, const model::ResponseLayout&, uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
     // pads and own: see PressKernel::record().
     void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
     double work_of_pad() const { return double(planes_) * double(needed_.cells.size()) + double(sites_.size()); }
 
-    const std::vector<plan::Element>& materials() const { return needed_.materials; }
+    const std::vector<model::Element>& materials() const { return needed_.materials; }
     std::vector<f32::SiteCell> cells() const;
     const std::vector<f32::SiteStencil>& sites() const { return sites_; }
 
@@ -34,7 +34,7 @@ class SitesKernel {
 
     const int width_, pitch_, planes_; // planes: of a state
     const bool pads_;
-    const plan::SiteCells needed_;
+    const model::SiteCells needed_;
     std::vector<f32::SiteStencil> sites_; // sorted by cell
     std::vector<RowWindow> windows_;
     std::vector<WindowCells> window_cells_;

@@ -8,7 +8,7 @@ namespace dermis::vulkan {
 namespace {
 
 // The bit mask of the responses asked for (see RESPONSE_BIT).
-uint32_t responses_of(const plan::Variant& variant) {
+uint32_t responses_of(const model::Variant& variant) {
     uint32_t responses = 0;
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
         if (variant.wanted[size_t(q)]) responses |= RESPONSE_BIT(q);
@@ -16,7 +16,7 @@ uint32_t responses_of(const plan::Variant& variant) {
 }
 
 // The window that binds every row read by the stencils of rows first .. last - 1.
-RowWindow window_around(const plan::PreparedSkin& skin, int first, int last) {
+RowWindow window_around(const model::PreparedSkin& skin, int first, int last) {
     int low = first, high = last - 1;
     for (int y = first; y < last; ++y) {
         const f64::Axis a = f64::axis(y, skin.height(), skin.stencil, skin.edges);
@@ -33,11 +33,11 @@ RowWindow window_around(const plan::PreparedSkin& skin, int first, int last) {
 
 uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
 
-int numbers_of_press(const plan::Variant& variant) {
+int numbers_of_press(const model::Variant& variant) {
     return variant.state().planes() + std::popcount(responses_of(variant));
 }
 
-std::vector<uint32_t> specialization(const plan::Variant& variant) {
+std::vector<uint32_t> specialization(const model::Variant& variant) {
     std::vector<uint32_t> constants(VARIANT_CONSTANTS);
     constants[VARIANT_STENCIL] = uint32_t(variant.stencil);
     constants[VARIANT_EDGES] = uint32_t(variant.edges);
@@ -56,7 +56,7 @@ std::vector<uint32_t> specialization(const plan::Variant& variant) {
     return constants;
 }
 
-std::vector<RowWindow> row_windows(const DeviceTable& device, const plan::PreparedSkin& skin,
+std::vector<RowWindow> row_windows(const DeviceTable& device, const model::PreparedSkin& skin,
                                    const WindowOptions& options) {
     const int height = skin.height();
     const VkDeviceSize row = VkDeviceSize(skin.pitch) * VkDeviceSize(options.planes) * sizeof(float),

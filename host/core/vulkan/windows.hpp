@@ -27,15 +27,15 @@ struct WindowOptions {
     int group_rows = 1; // the rows of a workgroup; a window has a multiple of them
 };
 // Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
-std::vector<RowWindow> row_windows(const DeviceTable&, const plan::PreparedSkin&, const WindowOptions&);
+std::vector<RowWindow> row_windows(const DeviceTable&, const model::PreparedSkin&, const WindowOptions&);
 
 // The numbers that a press writes for each cell.
-int numbers_of_press(const plan::Variant&);
+int numbers_of_press(const model::Variant&);
 
 // The number of workgroups of `size` cells that cover `cells`.
 uint32_t groups(int cells, int size);
 
 // The specialization constants of a variant, in the order of their numbers in kernels/layout.h.
-std::vector<uint32_t> specialization(const plan::Variant&);
+std::vector<uint32_t> specialization(const model::Variant&);
 
 } // namespace dermis::vulkan

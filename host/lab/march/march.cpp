@@ -4,7 +4,7 @@
 #include <deque>
 
 namespace dermis {
-namespace plan {
+namespace model {
 namespace {
 
 // Those of a step of a schedule.
@@ -144,14 +144,14 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
     return std::make_unique<MarchStepper>(backend.march(plan), skin, variant, precision, std::move(sink));
 }
 
-} // namespace plan
+} // namespace model
 
-std::unique_ptr<plan::Stepper> march(const Device& device, const plan::PreparedSkin& skin,
-                                     const plan::Schedule& schedule, Precision precision, plan::Stepper::Sink sink) {
+std::unique_ptr<model::Stepper> march(const Device& device, const model::PreparedSkin& skin,
+                                      const model::Schedule& schedule, Precision precision, model::Stepper::Sink sink) {
     Device::Impl& d = device.impl();
     d.info.exact &= d.backend->exact(variant_of(skin, schedule, precision));
     d.need_exact();
-    return plan::march(*d.backend, skin, schedule, precision, std::move(sink));
+    return model::march(*d.backend, skin, schedule, precision, std::move(sink));
 }
 
 } // namespace dermis

@@ -11,21 +11,21 @@ namespace dermis {
 // Skin and schedule must outlive the stepper. Throws Error::bad_input if a value or size is beyond the backend's
 // limits, and Error::no_device if the bits of a march differ and the device was not named: the first march of a variant
 // tests it.
-std::unique_ptr<plan::Stepper> march(const Device&, const plan::PreparedSkin&, const plan::Schedule&, Precision,
-                                     plan::Stepper::Sink);
+std::unique_ptr<model::Stepper> march(const Device&, const model::PreparedSkin&, const model::Schedule&, Precision,
+                                      model::Stepper::Sink);
 
-namespace plan {
+namespace model {
 
 // The same on a backend, without a test of its bits.
 std::unique_ptr<Stepper> march(Backend&, const PreparedSkin&, const Schedule&, Precision, Stepper::Sink);
 
-} // namespace plan
+} // namespace model
 
 namespace cpu {
 
 // threads: 0 = one per core. Skin and schedule outlive the stepper.
-std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision, int threads,
-                                       plan::Stepper::Sink, const simd::Isa& isa = simd::best());
+std::unique_ptr<model::Stepper> stepper(const model::PreparedSkin&, const model::Schedule&, Precision, int threads,
+                                        model::Stepper::Sink, const simd::Isa& isa = simd::best());
 
 } // namespace cpu
 
@@ -34,8 +34,8 @@ namespace vulkan {
 class Context;
 // In f32. Throws Error::bad_input where the grid does not fit the device, naming the limit. Skin and schedule outlive
 // the stepper.
-std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision,
-                                       std::shared_ptr<Context>, plan::Stepper::Sink);
+std::unique_ptr<model::Stepper> stepper(const model::PreparedSkin&, const model::Schedule&, Precision,
+                                        std::shared_ptr<Context>, model::Stepper::Sink);
 
 } // namespace vulkan
 } // namespace dermis

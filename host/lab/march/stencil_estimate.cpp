@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 // Rows of the curvature of the skin under the strain shape*scale, in units without spacing.
@@ -76,4 +76,4 @@ StencilEstimate stencil_estimate(const PreparedSkin& skin, const std::vector<dou
     return e;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

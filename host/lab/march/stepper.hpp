@@ -5,7 +5,7 @@
 #include "host/core/model/stream.hpp"
 #include "host/lab/schedule/timeline.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // The error |C5 - C4| of a five-point curvature, for the skin under the strain shape*scale.
 struct StencilEstimate {
@@ -43,4 +43,4 @@ class Stepper {
     }
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -14,9 +14,9 @@
 namespace dermis::planner {
 namespace {
 
-using plan::Element;
-using plan::PreparedSkin;
-using plan::Schedule;
+using model::Element;
+using model::PreparedSkin;
+using model::Schedule;
 
 // The roundings of a mean over all cells, in units of the greatest value: one for each level of a tile's tree that
 // joins columns, by the mean of the values' magnitudes. In models of products: the roundings of a sum and of its
@@ -64,14 +64,14 @@ class Written {
                     for (Quantity q : f.what) fields_[i][size_t(q)] = true;
     }
 
-    bool at(const plan::Step& step, Quantity q) const {
+    bool at(const model::Step& step, Quantity q) const {
         return (step.trace >= 0 && rows_[size_t(q)]) || (step.field >= 0 && fields_[size_t(step.field)][size_t(q)]);
     }
     // Whether a quantity is written at any time.
     bool ever(Quantity q) const {
         return rows_[size_t(q)] || std::ranges::any_of(fields_, [q](const Quantities& of) { return of[size_t(q)]; });
     }
-    bool mean(const plan::Step& step, Quantity q) const { return step.trace >= 0 && means_[size_t(q)]; }
+    bool mean(const model::Step& step, Quantity q) const { return step.trace >= 0 && means_[size_t(q)]; }
 
   private:
     using Quantities = std::array<bool, std::tuple_size_v<Errors>>;
@@ -82,7 +82,7 @@ class Written {
 // What the bounds of one product are made from.
 struct AnalysedProduct {
     AnalysedProduct(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
-        : unit(kind.separable ? plan::unit_of(schedule.pressure) : 1), materials(analysed(skin, schedule, kind, read)),
+        : unit(kind.separable ? model::unit_of(schedule.pressure) : 1), materials(analysed(skin, schedule, kind, read)),
           rough(roughness_of(
               skin, schedule,
               schedule.framed ? 1 : std::ranges::max(materials.pressed, {}, &PressedMaterial::around).around)),
@@ -263,7 +263,7 @@ class Analysis {
                                         : INFINITY);
     }
 
-    const plan::Step& step() const { return products_.front()->run.step(); }
+    const model::Step& step() const { return products_.front()->run.step(); }
     // How many strains the curvature is a sum of.
     double terms() const { return double(std::max({skin_.parts.size(), products_.size()})); }
 
@@ -312,18 +312,18 @@ class Analysis {
 template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
-    const plan::SiteCells needed(skin, pressed_cells(schedule), points);
+    const model::SiteCells needed(skin, pressed_cells(schedule), points);
     // Products have FA2 with its gain.
     const bool products = (!schedule.modes.empty() && !schedule.framed) || !schedule.others.empty();
     const bool gained = products && skin.constants.gain_plus != 0;
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
     const Written written(schedule, {.everything = true, .quantity = 0});
-    plan::Step now; // as the timeline gave it
+    model::Step now; // as the timeline gave it
     // Values at outputs and fields count, written or not; but a field's time has no mean over a step of an output.
     const auto counts = [&](Quantity q) {
         return now.trace >= 0 || written.at(now, q) || q != Quantity::fa2 || !skin.rule.step_mean;
     };
-    const auto sink = [&](const plan::Step& step, const plan::Sample& sample) {
+    const auto sink = [&](const model::Step& step, const model::Sample& sample) {
         if (step.trace < 0) return; // an impulse
         for (size_t i = 0; i < sample.points.size(); ++i) {
             const size_t q = i / points.size(), point = i % points.size();
@@ -340,11 +340,11 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
                              ? reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink)
                              : reduced::sites(skin, schedule, needed, classes, 1, sink, false);
     const std::vector<Element> elements = schedule.modes.empty() ? needed.materials : elements_of(skin, schedule);
-    plan::FrameFeed feed(schedule, skin.width());
-    plan::Timeline timeline(schedule, elements, skin.rule, Method::exact);
+    model::FrameFeed feed(schedule, skin.width());
+    model::Timeline timeline(schedule, elements, skin.rule, Method::exact);
     const long long telling = products && schedule.derives ? telling_outputs(skin, schedule)[QUANTITY_STRAIN] : -1;
     std::vector<std::vector<double>> maps;
-    for (plan::Step step; timeline.next(step);) {
+    for (model::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         const bool reads = step.field >= 0 || step.trace == telling || step.trace + 1 == schedule.outputs;
         now = step;

@@ -29,19 +29,19 @@ struct Peaks {
     Errors all;   // over all cells: of traces and fields
     Errors sites; // over the sites of a class
 };
-Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
+Peaks measured_peaks(const model::PreparedSkin&, const model::Schedule&);
 
 // Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
 // share by the stencil's weights, a baseline's truncation as its distance from the exact method. A run of
-// plan::in_parts is bounded against the skin that it stands for.
+// model::in_parts is bounded against the skin that it stands for.
 struct Bounds {
     Errors error;      // of |X - X_exact| where it is written
     Errors throughout; // of |X - X_exact| at every output time
     Errors greatest;   // of |X_exact| at every output time
 };
-Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
+Bounds bounds_of_cells(const model::PreparedSkin&, const model::Schedule&, const Arithmetic&);
 // The same over the sites of each class alone.
-Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
+Bounds bounds_of_sites(const model::PreparedSkin&, const model::Schedule&, const Arithmetic&);
 
 // The worst relative error of what is asked for, the quantity that has it, and that quantity's peak.
 struct Worst {
@@ -50,7 +50,7 @@ struct Worst {
     double peak = 0;
 };
 // By bounds over all cells and over the sites of each class. An output that is nowhere above `stored` is exact.
-Worst worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& cells, const Bounds& sites,
+Worst worst_asked(const model::PreparedSkin&, const model::Schedule&, const Bounds& cells, const Bounds& sites,
                   const Peaks&, double stored);
 
 } // namespace dermis::planner

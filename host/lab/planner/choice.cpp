@@ -10,8 +10,8 @@
 namespace dermis::planner {
 namespace {
 
-using plan::PreparedSkin;
-using plan::Schedule;
+using model::PreparedSkin;
+using model::Schedule;
 
 constexpr double default_tolerance = 1e-4;
 
@@ -89,7 +89,7 @@ class ErrorBounds {
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
         const Arithmetic kind = arithmetic_of(c.precision, separable);
         if (!separable || skin_.uniform()) return known.emplace(worst(skin_, schedule_, kind));
-        const plan::PreparedRun parts = plan::in_parts({skin_, schedule_}); // of the same strain
+        const model::PreparedRun parts = model::in_parts({skin_, schedule_}); // of the same strain
         return known.emplace(worst(parts.skin, parts.schedule, kind));
     }
 
@@ -139,11 +139,11 @@ bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && 
 
 // Adds what is known of the skin without a run.
 void describe(Explanation& e, const PreparedSkin& skin, const Schedule& schedule) {
-    const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
+    const model::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
     e.stencil_estimate = at_rest.greatest;
     e.greatest_curvature = at_rest.curvature;
     if (!why_not_separable(skin, schedule).empty()) return;
-    for (const plan::TimeGroup& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
+    for (const model::TimeGroup& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
 }
 
 } // namespace
@@ -159,7 +159,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     for (const auto& [model, precision] : order_of_trial) {
         if (taken && !everything) break;
         const bool march = model == Model::march, in_float = march && precision != Precision::f64;
-        const plan::Capabilities& backend = in_float ? backends.opened : backends.cpu;
+        const model::Capabilities& backend = in_float ? backends.opened : backends.cpu;
         const size_t i = e.candidates.size();
         Candidate& c = e.candidates.emplace_back(Candidate{model, precision, backend.name});
         c.refused = why_not(skin, schedule, model);
@@ -167,7 +167,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!c.refused.empty()) continue;
         c.refused = ruled_out(c, r, e.tolerance, backends);
         const bool possible = c.refused.empty();
-        const bool rough = march || std::ranges::any_of(skin.parts, std::mem_fn(&plan::TimeGroup::rough));
+        const bool rough = march || std::ranges::any_of(skin.parts, std::mem_fn(&model::TimeGroup::rough));
         const bool binds = e.binding || (rough && is_unforced(c, r));
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;

@@ -22,17 +22,17 @@ struct Request {
 
 // The backend that was opened, and the CPU path, which reduced models and double need. They may be the same.
 struct Backends {
-    plan::Capabilities opened, cpu;
+    model::Capabilities opened, cpu;
 };
 
 // Adds what running a schedule by a candidate costs: steps, memory, seconds. An estimate to show, by which nothing is
 // chosen.
-void estimate_cost(Candidate&, const plan::PreparedSkin&, const plan::Schedule&, const plan::Capabilities&);
+void estimate_cost(Candidate&, const model::PreparedSkin&, const model::Schedule&, const model::Capabilities&);
 
 // Explanation::chosen is the decision. everything: also the costs and errors of all candidates. Throws
 // Error::bad_input for a model, precision or tolerance that cannot be had. peaks: where a bound was needed, it is set
 // to the values that the bound is relative to.
-Explanation choose(const plan::PreparedSkin&, const plan::Schedule&, const Request&, const Backends&, bool everything,
+Explanation choose(const model::PreparedSkin&, const model::Schedule&, const Request&, const Backends&, bool everything,
                    std::optional<Peaks>& peaks);
 
 } // namespace dermis::planner

@@ -6,7 +6,7 @@
 namespace dermis::planner {
 namespace {
 
-using plan::Element;
+using model::Element;
 
 // The factors of ds under a sine (schedule/forcing.cpp) are differences of terms that are each rounded.
 f64::Coefficients under_sine(const f64::Coefficients& k, const Element& m, const MadeBy& by) {
@@ -25,7 +25,7 @@ f64::Coefficients under_sine(const f64::Coefficients& k, const Element& m, const
 f64::Coefficients under_window(const Element& m, const MadeBy& by) {
     f64::Coefficients off{};
     const double relaxes = is_elastic(m) ? 0 : z_of(m, 1), dt = by.length; // 1/s, s
-    for (const plan::Segment<double>& s : by.forcing->segments) {
+    for (const model::Segment<double>& s : by.forcing->segments) {
         if (!s.wave) continue;
         const double w = s.wave->w, T = s.length, compliance = 1 / std::hypot(m.modulus, w * m.viscosity),
                      lag = m.viscosity * compliance, leaky = 1 / std::hypot(1 / by.rule.sa2_adaptation, w), // s

@@ -9,16 +9,16 @@ namespace dermis::planner {
 
 // What an element's coefficients are made by.
 struct MadeBy {
-    const plan::ResponseRule& rule;
-    const plan::Forcing<double>* forcing; // null: none
-    double step;                          // s: of a whole step
-    double length;                        // s: of this one
-    double amplitude;                     // of a sine within the step; 0: there is none
-    double unit;                          // unit roundoff
+    const model::ResponseRule& rule;
+    const model::Forcing<double>* forcing; // null: none
+    double step;                           // s: of a whole step
+    double length;                         // s: of this one
+    double amplitude;                      // of a sine within the step; 0: there is none
+    double unit;                           // unit roundoff
 };
 
 // Bounds of what coefficients are off by beside a few units of each: where they come from more roundings, or are a
 // small difference of large terms.
-f64::Coefficients coefficient_errors(const f64::Coefficients&, const plan::Element&, const MadeBy&);
+f64::Coefficients coefficient_errors(const f64::Coefficients&, const model::Element&, const MadeBy&);
 
 } // namespace dermis::planner

@@ -9,8 +9,8 @@
 namespace dermis::planner {
 namespace {
 
-using plan::PreparedSkin;
-using plan::Schedule;
+using model::PreparedSkin;
+using model::Schedule;
 
 // Adds the map of pressure over stiffness.
 void cost_quotient(Candidate& c, const PreparedSkin& skin) {
@@ -22,7 +22,7 @@ void cost_quotient(Candidate& c, const PreparedSkin& skin) {
 
 // Adds the maps at depths, their weights, and the two planes in which maps are transformed.
 void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
-    std::vector<const plan::HalfSpace*> spaces;
+    std::vector<const model::HalfSpace*> spaces;
     for (const auto& space : schedule.half_space)
         if (space && std::ranges::find(spaces, space.get()) == spaces.end()) spaces.push_back(space.get());
     if (spaces.empty()) return;
@@ -45,9 +45,9 @@ void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedu
     cost_quotient(c, skin);
 }
 
-void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& cpu) {
+void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const model::Capabilities& cpu) {
     const double cells = double(skin.cells()), steps = double(c.steps), points = double(schedule.points.size());
-    const double needed = double(plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
+    const double needed = double(model::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
     const bool separable = why_not_separable(skin, schedule).empty();
     const double elements = separable ? 1 : double(skin.chain.elements()); // each of which is stepped by itself
     c.bytes = cells * 16 + needed * 64 * elements + points * 300;
@@ -62,7 +62,7 @@ double precision_factor(Precision precision) {
 
 // Adds the maps of materials and the coefficients of each, which are made in double and rounded for every step.
 void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, double real,
-                    const plan::Capabilities& backend) {
+                    const model::Capabilities& backend) {
     if (skin.uniform()) return;
     const Material& m = skin.description.material;
     const bool device = backend.double_buffered, rows = !device && skin.differs_everywhere();
@@ -70,30 +70,30 @@ void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& sche
     const double in_double = sizeof(f64::Coefficients), rounded = in_double / sizeof(double) * real,
                  tables = rows     ? 0
                           : device ? 1
-                                   : std::min(steps, double(plan::steps_of_batch));
+                                   : std::min(steps, double(model::steps_of_batch));
     double maps = !m.modulus_map.empty() + !m.viscosity_map.empty();
     for (const KelvinVoigt& e : m.elements) maps += !e.modulus_map.empty() + !e.viscosity_map.empty();
     const bool sine = !schedule.framed && schedule.load.envelope.kind == Envelope::Kind::sine;
-    const double gains = sine ? sizeof(plan::SineGains<double>) : 0;
-    c.bytes +=
-        cells * (sizeof(int) + 8.0 * maps) + materials * (sizeof(plan::Element) + in_double + gains + rounded * tables);
+    const double gains = sine ? sizeof(model::SineGains<double>) : 0;
+    c.bytes += cells * (sizeof(int) + 8.0 * maps) +
+               materials * (sizeof(model::Element) + in_double + gains + rounded * tables);
     if (device) return;
     c.seconds += (materials * 3e-7 + steps * cells * (!rows ? 4e-10 : sine ? 8e-9 : 6e-9)) / backend.threads;
 }
 
-void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& backend) {
+void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const model::Capabilities& backend) {
     const double cells = double(skin.cells()), steps = double(c.steps);
-    const plan::PressedBox& box = schedule.pressed;
+    const model::PressedBox& box = schedule.pressed;
     const double pressed =
         double(box.last_row - box.first_row) * std::min((box.last_tile - box.first_tile) * TILE_CELLS, skin.pitch);
     const bool buffered = backend.double_buffered;
     const double real = c.precision == Precision::f64 ? 8 : 4;
-    const plan::Variant variant = variant_of(skin, schedule, c.precision);
-    plan::StateShape shape = variant.state();
+    const model::Variant variant = variant_of(skin, schedule, c.precision);
+    model::StateShape shape = variant.state();
     shape.integral |= !buffered; // a device keeps it only if SA2 is asked for
     const double state = shape.planes();
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
-    const double batch = buffered ? 1 : std::min(steps, double(plan::steps_of_batch));
+    const double batch = buffered ? 1 : std::min(steps, double(model::steps_of_batch));
     const double pressure = schedule.framed ? batch + 1 : 1; // maps that are held
     const auto jumps = [](const scene::Knot& k) { return k.right != k.left; };
     const bool peeks = !schedule.field_times.empty() || schedule.framed ||
@@ -116,7 +116,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
 } // namespace
 
 void estimate_cost(Candidate& c, const PreparedSkin& skin, const Schedule& schedule,
-                   const plan::Capabilities& backend) {
+                   const model::Capabilities& backend) {
     c.steps = schedule.outputs + (schedule.sequence ? std::max(0LL, schedule.sequence->maps() - schedule.outputs) : 0) +
               static_cast<long long>(schedule.field_times.size());
     if (c.model == Model::moments || c.model == Model::maps) cost_moments(c, skin, schedule);

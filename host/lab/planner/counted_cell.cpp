@@ -10,9 +10,9 @@ struct Carried {
     explicit Carried(const CountedStep& step) {
         using State = std::array<f64::Sum, 4>;
         static constexpr State strain{f64::Sum{1, 0}}, integral{f64::Sum{0, 0}, f64::Sum{1, 0}};
-        static const plan::StateShape one;
+        static const model::StateShape one;
         const auto of = [&](size_t e, const State& state) {
-            return f64::step_of(plan::SingleCell<f64>{one, step.in_double(e), state.data(), nullptr},
+            return f64::step_of(model::SingleCell<f64>{one, step.in_double(e), state.data(), nullptr},
                                 f64::load(0, 0, 0));
         };
         for (size_t e = 0; e < step.shape.elements; ++e) strains[e] = of(e, strain), kept[e] = strains[e].motion.strain;

@@ -29,7 +29,7 @@ struct CountedCell {
 
 // A step's coefficients, as they stand in a table, and its load.
 struct CountedStep {
-    plan::StateShape shape;
+    model::StateShape shape;
     std::array<counted::LaneCoefficients, 2 * scene::most_in_series> k;
     std::array<f64::LaneCoefficients, 2 * scene::most_in_series> rounded_in_double;
     counted::Load load;

@@ -6,8 +6,8 @@
 namespace dermis::planner {
 namespace {
 
-using plan::Element;
-using plan::Schedule;
+using model::Element;
+using model::Schedule;
 
 std::vector<Element> elements_of(const std::vector<CountedMaterial>& materials) {
     std::vector<Element> elements;
@@ -38,7 +38,7 @@ double least_normal(double peak, const Rounding& by) {
 
 // The same as load_of_frames() along a parabola. Its pressures are rounded where the feed has computed them; the kernel
 // rounds their differences.
-counted::Load load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by) {
+counted::Load load_of_parabola(const Schedule& schedule, const model::Step& step, double peak, const Rounding& by) {
     const auto share = [&](const std::vector<double>& of, long long k) { // of a change up to 2
         return std::min(of_frame(of, k, peak), &of == &schedule.frame_peaks ? 1.0 : 2.0);
     };
@@ -76,7 +76,7 @@ Counted stored(double x, double off, double known, const Rounding& by) {
 
 // The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
 // and of their change are known.
-counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const Rounding& by) {
+counted::Load load_of_frames(const Schedule& schedule, const model::Step& step, double peak, const Rounding& by) {
     const Counted zero(0, 0, 0, &by);
     if (step.frame < 0) return counted::load(zero, zero, zero);
     const scene::Instant begin = frame_time(schedule, step.frame), next = frame_time(schedule, step.frame + 1);
@@ -108,7 +108,7 @@ counted::Load load_of_frames(const Schedule& schedule, const plan::Step& step, d
 } // namespace
 
 CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMaterial>& materials,
-                       const plan::ResponseRule& rule, Method method, const plan::Chain& chain, bool product)
+                       const model::ResponseRule& rule, Method method, const model::Chain& chain, bool product)
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
       timeline_(schedule, elements_, rule, method), references_(schedule, elements_, rule),
       envelope_peak_(envelope_peak(references_.load(), schedule.load.envelope)),
@@ -138,7 +138,7 @@ bool CountedRun::next() {
 
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
-counted::Load CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) {
+counted::Load CountedRun::load_over(const model::Step& step, const CountedMaterial& m) {
     const Rounding& by = m.rounding;
     if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, by);
     if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, by);
@@ -152,13 +152,13 @@ counted::Load CountedRun::load_over(const plan::Step& step, const CountedMateria
     return counted::load_of(Counted(1), c); // the rounding of the map is the same in all responses
 }
 
-MadeBy CountedRun::made_by(const plan::Step& step) const {
+MadeBy CountedRun::made_by(const model::Step& step) const {
     const double amplitude = is_wave_ && step.forcing ? std::abs(schedule_.load.envelope.amplitude) : 0;
     return {rule_, step.forcing.get(), schedule_.time.step, step.length, amplitude, unit()};
 }
 
 // Makes the coefficients of the cell whose first element is `first`, and its load.
-void CountedRun::make_step(const plan::Step& step, size_t first) {
+void CountedRun::make_step(const model::Step& step, size_t first) {
     std::array<f64::Coefficients, scene::most_in_series> off, past{};
     std::array<extended::Coefficients, scene::most_in_series> past_references{};
     const size_t n = chain_.length;
@@ -171,11 +171,11 @@ void CountedRun::make_step(const plan::Step& step, size_t first) {
         if (measured_ || step.bent) references_of_[e] = references_.coefficients(first + e, past_references[e]);
         off[e] = coefficient_errors(k_[e], m, by);
     }
-    plan::join_loads<f64>(k_.data(), n, chain_.spring, step.length);
-    plan::join_loads<f64>(off.data(), n, false, step.length);
-    plan::join_loads<extended>(references_of_.data(), n, chain_.spring, references_.length());
-    plan::join_loads<f64>(past.data(), n, chain_.spring, step.length);
-    plan::join_loads<extended>(past_references.data(), n, chain_.spring, references_.length());
+    model::join_loads<f64>(k_.data(), n, chain_.spring, step.length);
+    model::join_loads<f64>(off.data(), n, false, step.length);
+    model::join_loads<extended>(references_of_.data(), n, chain_.spring, references_.length());
+    model::join_loads<f64>(past.data(), n, chain_.spring, step.length);
+    model::join_loads<extended>(past_references.data(), n, chain_.spring, references_.length());
     const Rounding& rounding = materials_[first].rounding;
     const auto put = [&](size_t at, const f64::Coefficients& k, const f64::Coefficients& beside,
                          const f64::Coefficients& known) {
@@ -190,13 +190,13 @@ void CountedRun::make_step(const plan::Step& step, size_t first) {
     for (size_t e = 0; e < n; ++e) {
         const size_t at = step.entries() * e;
         const bool compared = measured_ && products_.empty();
-        put(at, k_[e], off[e], compared ? plan::difference(k_[e], references_of_[e]) : f64::Coefficients{});
-        if (step.bent) put(at + 1, past[e], {}, plan::difference(past[e], past_references[e]));
+        put(at, k_[e], off[e], compared ? model::difference(k_[e], references_of_[e]) : f64::Coefficients{});
+        if (step.bent) put(at + 1, past[e], {}, model::difference(past[e], past_references[e]));
     }
     pressed_.load = load_over(step, materials_[first]);
 }
 
-void CountedRun::press(size_t cell, const plan::Step& step) {
+void CountedRun::press(size_t cell, const model::Step& step) {
     const size_t first = cell * chain_.length;
     make_step(step, first);
     planner::press(pressed_, materials_[first].rounding, kept_[cell], now_[cell]);
@@ -206,14 +206,14 @@ void CountedRun::press(size_t cell, const plan::Step& step) {
 }
 
 // Steps the cell of a product as the run does, and once more by references.
-void CountedRun::measure(size_t cell, const plan::Step& step) {
+void CountedRun::measure(size_t cell, const model::Step& step) {
     MeasuredCell& product = products_[cell];
     extended::Load exact = extended::load(step.start, step.rise, step.jump);
     if (measured_) {
         exact.s0 = references_.start(step);
         exact.sj = references_.jump(step);
     } else {
-        std::transform(k_.begin(), k_.begin() + long(chain_.length), references_of_.begin(), plan::rounded<extended>);
+        std::transform(k_.begin(), k_.begin() + long(chain_.length), references_of_.begin(), model::rounded<extended>);
     }
     product.press(f64::load(step.start, step.rise, step.jump), k_.data(), exact, references_of_.data());
     if (!measured_ || !rule_.step_mean || std::ranges::any_of(elements_, scene::is_elastic)) return;
@@ -228,7 +228,7 @@ void CountedRun::measure(size_t cell, const plan::Step& step) {
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
 // cancel.
-void CountedRun::add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
+void CountedRun::add_bend(CountedCell& cell, const Element& m, const model::Step& step) const {
     const double z = z_of(m, step.after_bend);
     const double rate = strain_rate(m, (4 + 2 * z) * unit() * envelope_peak_ * std::exp(-z));
     cell.step.motion.rate.off += rate;

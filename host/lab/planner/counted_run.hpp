@@ -11,7 +11,7 @@ namespace dermis::planner {
 // A material of a run, and how its cell is computed. peak: the greatest |pressure| on the cells that are read; that of
 // the depth where it is least. Frames press such a cell by no more, if others by far more.
 struct CountedMaterial {
-    plan::Element element;
+    model::Element element;
     Rounding rounding;
     double peak;
 };
@@ -20,7 +20,7 @@ struct CountedMaterial {
 // in long double. Its error is then the distance of the two, and needs no count of roundings.
 class MeasuredCell {
   public:
-    MeasuredCell(const plan::Chain& chain, const plan::Element* elements, double duration)
+    MeasuredCell(const model::Chain& chain, const model::Element* elements, double duration)
         : run_(chain, elements, duration), reference_(chain, elements, duration) {}
 
     void press(const f64::Load& load, const f64::Coefficients* k, const extended::Load& exact,
@@ -43,8 +43,8 @@ class MeasuredCell {
     double off(int q) const { return double(std::abs(run_.signal(q) - exact_[size_t(q)])); }
 
   private:
-    plan::ProductCell<f64> run_;
-    plan::ProductCell<extended> reference_;
+    model::ProductCell<f64> run_;
+    model::ProductCell<extended> reference_;
     std::array<long double, REDUCED_MAPS> exact_{};
 };
 
@@ -53,12 +53,12 @@ class CountedRun {
   public:
     // chain: how many consecutive materials are the elements in series of one cell. product: one cell is stepped for
     // all others, and measured; the arithmetic is then the references'.
-    CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method,
-               const plan::Chain& chain = {}, bool product = false);
+    CountedRun(const model::Schedule&, const std::vector<CountedMaterial>&, const model::ResponseRule&, Method,
+               const model::Chain& chain = {}, bool product = false);
 
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
     bool next();
-    const plan::Step& step() const { return step_; }
+    const model::Step& step() const { return step_; }
     // The cells at the end of that step.
     const std::vector<CountedCell>& cells() const { return step_.keep ? kept_ : now_; }
     // The error of a signal of the run of a product at the end of that step, beside its reference's error.
@@ -66,21 +66,21 @@ class CountedRun {
 
   private:
     double unit() const { return measured_ ? unit_of_reference : unit_of_double; } // of coefficients and load
-    MadeBy made_by(const plan::Step&) const;
-    counted::Load load_over(const plan::Step&, const CountedMaterial&);
-    void make_step(const plan::Step&, size_t first);
-    void press(size_t cell, const plan::Step&);
-    void measure(size_t cell, const plan::Step&);
-    void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
+    MadeBy made_by(const model::Step&) const;
+    counted::Load load_over(const model::Step&, const CountedMaterial&);
+    void make_step(const model::Step&, size_t first);
+    void press(size_t cell, const model::Step&);
+    void measure(size_t cell, const model::Step&);
+    void add_bend(CountedCell&, const model::Element&, const model::Step&) const;
 
-    const plan::Schedule& schedule_;
+    const model::Schedule& schedule_;
     const std::vector<CountedMaterial>& materials_;
-    const plan::ResponseRule rule_;
-    const plan::Chain chain_;
-    const std::vector<plan::Element> elements_;
-    plan::Timeline timeline_;
-    plan::Step step_; // the last one
-    plan::References references_;
+    const model::ResponseRule rule_;
+    const model::Chain chain_;
+    const std::vector<model::Element> elements_;
+    model::Timeline timeline_;
+    model::Step step_; // the last one
+    model::References references_;
     const double envelope_peak_;
     const bool is_wave_;                  // the load is a sine that is not held over the steps
     bool measured_ = false;               // the step's coefficients and load are compared with references

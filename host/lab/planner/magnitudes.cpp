@@ -12,8 +12,8 @@
 
 namespace dermis::planner {
 
-using plan::PreparedSkin;
-using plan::Schedule;
+using model::PreparedSkin;
+using model::Schedule;
 
 double weight_of(int stencil) {
     if (stencil == STENCIL_FIVE_POINT) return 8;
@@ -59,9 +59,9 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
     const bool even = equal(schedule.pressure) && !schedule.load.map.empty() && equal(schedule.load.map);
     if (skin.cells() == 1 || (skin.uniform() && !schedule.framed && even)) return {};
     if (!skin.uniform() || schedule.framed || peak == 0) return r;
-    const Grid unit = plan::without_spacing(skin.description.grid);
+    const Grid unit = model::without_spacing(skin.description.grid);
     const std::vector<double>& map = schedule.pressure;
-    const double bent = skin.constants.bend * largest_of(plan::laplacian(map, unit, skin.stencil, skin.edges));
+    const double bent = skin.constants.bend * largest_of(model::laplacian(map, unit, skin.stencil, skin.edges));
     r.laplacian = std::min(bent / peak, weight);
     r.roundings = std::min(skin.constants.bend * roundings_of(skin, map) / peak, r.roundings);
     return r;
@@ -69,7 +69,7 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
 
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
-    for (const plan::Element& element : skin.materials) all.push_back({.element = element});
+    for (const model::Element& element : skin.materials) all.push_back({.element = element});
     const std::vector<double>& p = schedule.pressure;
     const size_t length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
@@ -79,12 +79,12 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     std::vector<Cell> points;
     for (const Site& site : skin.description.sites)
         if (int(site.type) == read.quantity) points.push_back(site.cell);
-    plan::PressedCells around = pressed_cells(schedule);
+    model::PressedCells around = pressed_cells(schedule);
     around.spread = true; // another product may press a point that this one does not
     if (read.everything)
         for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
     else
-        for (size_t i : plan::SiteCells(skin, around, points).cells) take(i, &PressedMaterial::around);
+        for (size_t i : model::SiteCells(skin, around, points).cells) take(i, &PressedMaterial::around);
     for (const Cell& c : points) take(skin.number_of(c), &PressedMaterial::peak);
     for (size_t i = 0; i < all.size(); ++i) { // elements in series bear the same pressure
         const PressedMaterial& first = all[i - i % length];
@@ -165,12 +165,12 @@ Numbers in_turn(const std::vector<Numbers>& lists) {
 
 std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
     const size_t width = size_t(skin.width()), count = skin.cells(), few = skin.uniform() ? 4 : 32;
-    const auto element = [&](size_t i) -> const plan::Element& { return skin.materials[skin.material_at(i)]; };
+    const auto element = [&](size_t i) -> const model::Element& { return skin.materials[skin.material_at(i)]; };
     std::vector<Numbers> lists;
     for (size_t k = 0; k < schedule.products(); ++k) {
         const std::vector<double>& p = schedule.product(k).pressure;
         const std::vector<double> bent =
-            plan::laplacian(p, plan::without_spacing(skin.description.grid), skin.stencil, skin.edges);
+            model::laplacian(p, model::without_spacing(skin.description.grid), skin.stencil, skin.edges);
         lists.push_back(greatest(few, count, [&](size_t i) { return final_strain(element(i), std::abs(p[i])); }));
         lists.push_back(greatest(few, count, [&](size_t i) { return strain_rate(element(i), std::abs(p[i])); }));
         lists.push_back(greatest(4, count, [&](size_t i) { return std::abs(bent[i]); }));
@@ -218,14 +218,14 @@ std::array<long long, REDUCED_MAPS> telling_outputs(const PreparedSkin& skin, co
     const Schedule few = with_fewer_outputs(schedule, 512);
     const size_t most = greatest_cell(schedule.pressure);
     const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(most));
-    const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
-    plan::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
+    const std::vector<model::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
+    model::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
     std::vector<f64::Coefficients> table;
-    plan::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
+    model::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
     std::array<double, REDUCED_MAPS> largest{};
-    for (plan::Step step; timeline.next(step);) {
+    for (model::Step step; timeline.next(step);) {
         if (!step.keep) continue;
-        plan::fill_table<f64>(step, elements, skin.chain, skin.rule, table);
+        model::fill_table<f64>(step, elements, skin.chain, skin.rule, table);
         cell.press(f64::load(step.start, step.rise, step.jump), table.data());
         cell.keep();
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {

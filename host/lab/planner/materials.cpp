@@ -7,9 +7,9 @@
 namespace dermis::planner {
 namespace {
 
-using plan::Element;
-using plan::PreparedSkin;
-using plan::Schedule;
+using model::Element;
+using model::PreparedSkin;
+using model::Schedule;
 
 // The least |v| that is not 0.
 double least_of(const std::vector<double>& map) {
@@ -111,7 +111,7 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
     DeepMaterials deep;
     for (size_t q = 0; q < deep.size(); ++q) {
         if (!schedule.half_space[q] || !(read.everything || read.quantity == int(q))) continue;
-        const plan::HalfSpace& space = *schedule.half_space[q];
+        const model::HalfSpace& space = *schedule.half_space[q];
         Schedule as = schedule;
         as.pressure = schedule.map_of(q);
         if (schedule.framed) as.pressure = std::vector<double>(skin.cells(), space.norm() * largest_of(as.pressure));

@@ -23,7 +23,7 @@ struct DeepMaterial {
 
 // One material for each class of receptors that lie at a depth and are read; empty for every other class.
 using DeepMaterials = std::array<std::optional<DeepMaterial>, REDUCED_MAPS>;
-DeepMaterials deep_materials(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&, const Read&);
+DeepMaterials deep_materials(const model::PreparedSkin&, const model::Schedule&, const Arithmetic&, const Read&);
 
 // The materials of the skin, each with the arithmetic of its cell.
 struct AnalysedMaterials {
@@ -31,14 +31,14 @@ struct AnalysedMaterials {
     DeepMaterials deep;
     std::vector<CountedMaterial> counted; // the same, each with a peak that is not 0 where any of what is read is not
     std::vector<size_t> ends;             // the end of all of them, or of the materials at each place of a series
-    plan::Chain chain;
+    model::Chain chain;
     std::vector<CountedMaterial> extremes; // of each part, its least and its greatest retardation time
 };
 
-AnalysedMaterials analysed(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&, const Read&);
+AnalysedMaterials analysed(const model::PreparedSkin&, const model::Schedule&, const Arithmetic&, const Read&);
 
 // The skin with the elements of Schedule::modes in series. A stress that classes follow is a sum of these elements,
 // some of them times a share below 0: stepped cell by cell, the series bounds what they are off together.
-plan::PreparedSkin stress_in_series(const plan::PreparedSkin&, const plan::Schedule&);
+model::PreparedSkin stress_in_series(const model::PreparedSkin&, const model::Schedule&);
 
 } // namespace dermis::planner

@@ -12,8 +12,8 @@ namespace dermis::reduced {
 class MomentRow {
   public:
     // map: Moments::Layer::map.
-    MomentRow(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const Map& map, int first, int last)
-        : skin_(skin), schedule_(schedule), map_(map), unit_(plan::without_spacing(skin.description.grid)),
+    MomentRow(const model::PreparedSkin& skin, const model::Schedule& schedule, const Map& map, int first, int last)
+        : skin_(skin), schedule_(schedule), map_(map), unit_(model::without_spacing(skin.description.grid)),
           first_(first), last_(last), rest_(size_t(last - first)), L_(rest_) {}
 
     void compute(int y, double* a, double* b, const simd::ColumnSums& sums) {
@@ -31,12 +31,12 @@ class MomentRow {
   private:
     const double* at(int y) const { return map_.data() + size_t(y) * size_t(unit_.width) + size_t(first_); }
     void laplacians(int y) {
-        plan::rest_curvature_row(skin_, y, first_, last_, rest_.data());
-        plan::laplacian_row(schedule_.pressure, y, first_, last_, unit_, skin_.stencil, skin_.edges, L_.data());
+        model::rest_curvature_row(skin_, y, first_, last_, rest_.data());
+        model::laplacian_row(schedule_.pressure, y, first_, last_, unit_, skin_.stencil, skin_.edges, L_.data());
     }
 
-    const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
+    const model::PreparedSkin& skin_;
+    const model::Schedule& schedule_;
     const Map& map_;
     const Grid unit_;
     const int first_, last_;

@@ -10,7 +10,7 @@
 namespace dermis::reduced {
 namespace {
 
-std::vector<Map> pressures_of_parts(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+std::vector<Map> pressures_of_parts(const model::PreparedSkin& skin, const model::Schedule& schedule) {
     if (skin.uniform()) return {schedule.pressure};
     std::vector<Map> parts(skin.materials.size(), std::vector<double>(skin.cells()));
     std::vector<double*> cells;
@@ -20,17 +20,17 @@ std::vector<Map> pressures_of_parts(const plan::PreparedSkin& skin, const plan::
 }
 
 // product: that the layer is of.
-void add_points(Moments::Layer& layer, const std::vector<Map>& parts, const plan::PreparedSkin& skin,
-                const plan::Schedule& schedule, size_t product) {
-    const Grid unit = plan::without_spacing(skin.description.grid);
+void add_points(Moments::Layer& layer, const std::vector<Map>& parts, const model::PreparedSkin& skin,
+                const model::Schedule& schedule, size_t product) {
+    const Grid unit = model::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     for (const Cell& c : schedule.points) {
         const size_t cell = skin.number_of(c);
-        const double p = layer.map[cell], rest = plan::rest_curvature_at(skin, c);
+        const double p = layer.map[cell], rest = model::rest_curvature_at(skin, c);
         layer.points.push_back(
             {.part = skin.material_at(cell) + product, .p = p, .a = p * (1 + length * rest), .b = {}});
         for (const Map& part : parts) {
-            const double L = plan::laplacian_at(part, c, unit, skin.stencil, skin.edges);
+            const double L = model::laplacian_at(part, c, unit, skin.stencil, skin.edges);
             layer.points.back().b.push_back(p * (length * (bend * L)));
         }
     }
@@ -116,8 +116,8 @@ struct Stripe {
 
     // Adds rows first, first + step .. below last of the box. `others` is a polygon inscribed in the hull of other
     // rows, or empty: points inside it are no vertices of the whole and are left out.
-    void add_rows(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const Map& map,
-                  const plan::PressedBox& box, int first, int last, int step,
+    void add_rows(const model::PreparedSkin& skin, const model::Schedule& schedule, const Map& map,
+                  const model::PressedBox& box, int first, int last, int step,
                   const std::vector<simd::HalfPlane>& others) {
         const int from = box.first_column(), to = box.last_column(skin.width());
         Candidates points;
@@ -178,7 +178,7 @@ void check_finite(const Moments::Means& m) {
 }
 
 // Calls of_rows(first, last) on the threads for each stripe of the rows that are pressed; returns what it returns.
-template <class Of> auto of_stripes(const plan::PressedBox& box, simd::Pool& pool, Of of_rows) {
+template <class Of> auto of_stripes(const model::PressedBox& box, simd::Pool& pool, Of of_rows) {
     const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
     std::vector<decltype(of_rows(0, 0))> stripes(static_cast<size_t>(count));
     pool.share(count, [&](int first, int last) {
@@ -191,9 +191,9 @@ template <class Of> auto of_stripes(const plan::PressedBox& box, simd::Pool& poo
 
 // The sums of a map in each of several parts, or of one product under all, over rows first .. last - 1 of a box,
 // without extremes.
-std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const Map& map, const plan::PressedBox& box,
+std::vector<Sums> sums_of_parts(const model::PreparedSkin& skin, const Map& map, const model::PressedBox& box,
                                 const std::vector<Map>& parts, int first, int last) {
-    const Grid unit = plan::without_spacing(skin.description.grid);
+    const Grid unit = model::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     const int from = box.first_column(), to = box.last_column(skin.width());
     const size_t width = size_t(to - from);
@@ -201,7 +201,7 @@ std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const Map& map, 
     std::vector<double> rest(width), L(width);
     for (int y = first; y < last; ++y) {
         const size_t row = skin.number_of({from, y});
-        plan::rest_curvature_row(skin, y, from, to, rest.data());
+        model::rest_curvature_row(skin, y, from, to, rest.data());
         for (size_t x = 0; x < width; ++x) {
             Sums& s = sums[skin.material_at(row + x)];
             const double p = map[row + x];
@@ -209,7 +209,7 @@ std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const Map& map, 
             add(s.a, p * (1 + length * rest[x]));
         }
         for (size_t m = 0; m < parts.size(); ++m) {
-            plan::laplacian_row(parts[m], y, from, to, unit, skin.stencil, skin.edges, L.data());
+            model::laplacian_row(parts[m], y, from, to, unit, skin.stencil, skin.edges, L.data());
             for (size_t x = 0; x < width; ++x)
                 add(sums[skin.material_at(row + x)].b[m], map[row + x] * (length * (bend * L[x])));
         }
@@ -217,9 +217,9 @@ std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const Map& map, 
     return sums;
 }
 
-void add_parts(Moments& moments, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
+void add_parts(Moments& moments, const model::PreparedSkin& skin, const model::Schedule& schedule, simd::Pool& pool) {
     const std::vector<Map>& parts = moments.pressures;
-    const plan::PressedBox& box = schedule.pressed;
+    const model::PressedBox& box = schedule.pressed;
     const auto stripes = of_stripes(box, pool, [&](int first, int last) {
         return sums_of_parts(skin, schedule.pressure, box, parts, first, last);
     });
@@ -233,8 +233,8 @@ void add_parts(Moments& moments, const plan::PreparedSkin& skin, const plan::Sch
 }
 
 // The sums, range and hull of one part.
-void add_one_part(Moments::Layer& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                  const plan::PressedBox& box, simd::Pool& pool) {
+void add_one_part(Moments::Layer& m, const model::PreparedSkin& skin, const model::Schedule& schedule,
+                  const model::PressedBox& box, simd::Pool& pool) {
     constexpr int sampled = 8; // rows; fixed, because the bits depend on it
     const int rows = box.last_row - box.first_row;
     Stripe sample; // evenly spaced rows: their hull contains most points of the others
@@ -263,7 +263,7 @@ void add_one_part(Moments::Layer& m, const plan::PreparedSkin& skin, const plan:
 }
 
 // The means of a product's layer, under the curvature of all products.
-void add_product(Moments::Layer& layer, const plan::PreparedSkin& skin, const plan::PressedBox& box,
+void add_product(Moments::Layer& layer, const model::PreparedSkin& skin, const model::PressedBox& box,
                  const std::vector<Map>& pressures, simd::Pool& pool) {
     Sums sums(pressures.size());
     for (const auto& stripe : of_stripes(box, pool, [&](int first, int last) {
@@ -275,7 +275,7 @@ void add_product(Moments::Layer& layer, const plan::PreparedSkin& skin, const pl
 }
 
 // The layers of one product: its pressure, and its stress at each depth.
-void add_layers(Moments& m, const plan::Schedule& schedule) {
+void add_layers(Moments& m, const model::Schedule& schedule) {
     m.layers.push_back({.map = schedule.pressure});
     for (size_t q = 0; q < schedule.stress.size(); ++q) {
         const Map& map = schedule.stress[q];
@@ -288,20 +288,20 @@ void add_layers(Moments& m, const plan::Schedule& schedule) {
 
 } // namespace
 
-std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+std::shared_ptr<const Moments> moments_of(const model::PreparedSkin& skin, const model::Schedule& schedule,
                                           bool points_only, int threads) {
     auto m = std::make_shared<Moments>();
     m->pressures = pressures_of_parts(skin, schedule);
-    for (const plan::Schedule& other : schedule.others) m->pressures.push_back(other.pressure);
+    for (const model::Schedule& other : schedule.others) m->pressures.push_back(other.pressure);
     m->others.resize(schedule.others.size());
     simd::Pool pool(points_only ? 1 : simd::useful_threads(skin.cells(), threads));
-    const plan::PressedBox all{.first_row = 0, .last_row = skin.height(), .first_tile = 0, .last_tile = skin.tiles};
+    const model::PressedBox all{.first_row = 0, .last_row = skin.height(), .first_tile = 0, .last_tile = skin.tiles};
     for (size_t i = 0; i < schedule.products(); ++i) {
         Moments& of = i == 0 ? *m : m->others[i - 1];
         add_layers(of, schedule.product(i));
         for (Moments::Layer& layer : of.layers) {
             add_points(layer, m->pressures, skin, schedule, i);
-            const plan::PressedBox& box = &layer == &of.layers.front() ? schedule.product(i).pressed : all;
+            const model::PressedBox& box = &layer == &of.layers.front() ? schedule.product(i).pressed : all;
             if (points_only || !skin.uniform()) continue;
             if (schedule.others.empty()) add_one_part(layer, skin, schedule, box, pool);
             else add_product(layer, skin, box, m->pressures, pool);

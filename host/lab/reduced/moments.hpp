@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The models `moments` and `maps`, for a map p times an envelope. Materials come here in parts; p is the pressure over
-// each cell's resistance (plan::in_parts). g_k is the strain of one cell of part k under unit pressure, G_k its
+// each cell's resistance (model::in_parts). g_k is the strain of one cell of part k under unit pressure, G_k its
 // integral, g_k' and g_k'' its derivatives; p_m is p in part m and 0 elsewhere. A cell of part k has a = p*(1 +
 // l*L(S)), b_m = p*l*h*L(p_m) and
 //     SA1 = g_k*(a - sum of g_m*b_m)    SA2 with G_k, FA1 with g_k', FA2 with g_k'' in the place of the first g_k
@@ -45,11 +45,11 @@ struct Moments {
     const Layer& of(size_t q) const { return layers[layer_of[q]]; }
 };
 // threads: 0 = one per core. points_only: of the layers only the points are computed.
-std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin&, const plan::Schedule&, bool points_only,
+std::shared_ptr<const Moments> moments_of(const model::PreparedSkin&, const model::Schedule&, bool points_only,
                                           int threads);
 
 // points_only: as for moments_of(); each site then has only the response of its own class.
-std::unique_ptr<plan::Stepper> separable(const plan::PreparedSkin&, const plan::Schedule&,
-                                         std::shared_ptr<const Moments>, bool points_only, plan::Stepper::Sink);
+std::unique_ptr<model::Stepper> separable(const model::PreparedSkin&, const model::Schedule&,
+                                          std::shared_ptr<const Moments>, bool points_only, model::Stepper::Sink);
 
 } // namespace dermis::reduced

@@ -12,33 +12,33 @@
 namespace dermis::reduced {
 namespace {
 
-class Separable : public plan::Stepper {
+class Separable : public model::Stepper {
   public:
-    Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
+    Separable(const model::PreparedSkin& skin, const model::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
           sink_(std::move(sink)), elements_(elements_of(skin, schedule)),
           visible_(skin.materials.size() / skin.chain.length + schedule.others.size()), most_(visible_) {
         for (size_t term = 0; term < visible_.size(); ++term)
             cells_.push_back({skin.chain, &skin.materials[first_element(term)], schedule.time.duration});
-        for (const plan::Schedule& other : schedule.others)
+        for (const model::Schedule& other : schedule.others)
             timelines_.emplace_back(other, elements_, skin.rule, schedule.method);
-        for (const plan::Element& mode : schedule.modes) modes_.push_back({alone_, &mode, schedule.time.duration});
+        for (const model::Element& mode : schedule.modes) modes_.push_back({alone_, &mode, schedule.time.duration});
     }
 
-    void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
+    void frame(const std::vector<double>&) override {} // model::why_not refuses frames
 
     // Sums are compensated: with one cell of each term to step, that costs nothing.
-    void press(const plan::Step& step) override {
+    void press(const model::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
-        plan::fill_table<f64>(step, skin_.materials, skin_.chain, skin_.rule, table_);
+        model::fill_table<f64>(step, skin_.materials, skin_.chain, skin_.rule, table_);
         press_modes(step, load);
         const size_t parts = visible_.size() - timelines_.size();
         for (size_t part = 0; part < parts; ++part) press_term(part, step, load, schedule_);
         for (size_t i = 0; i < timelines_.size(); ++i) {
-            plan::Step of;
+            model::Step of;
             timelines_[i].next(of); // as many as the first product's
-            plan::fill_table<f64>(of, skin_.materials, skin_.chain, skin_.rule, table_);
+            model::fill_table<f64>(of, skin_.materials, skin_.chain, skin_.rule, table_);
             press_term(parts + i, of, f64::load(of.start, of.rise, of.jump), schedule_.others[i]);
         }
         if (step.trace >= 0 && greatest_strain(visible_) > greatest_strain(most_)) most_ = visible_;
@@ -46,8 +46,8 @@ class Separable : public plan::Stepper {
     }
 
     // The greatest curvature at the end, and at the output with the greatest strain.
-    plan::StencilEstimate estimate(const plan::PreparedSkin& skin) override {
-        plan::StencilEstimate now = estimate_now(skin);
+    model::StencilEstimate estimate(const model::PreparedSkin& skin) override {
+        model::StencilEstimate now = estimate_now(skin);
         if (greatest_strain(most_) == greatest_strain(visible_)) return now;
         visible_.swap(most_);
         now.curvature = std::max(now.curvature, estimate_now(skin).curvature);
@@ -57,16 +57,16 @@ class Separable : public plan::Stepper {
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
         const size_t width = size_t(skin_.width());
-        const Grid unit = plan::without_spacing(skin_.description.grid);
+        const Grid unit = model::without_spacing(skin_.description.grid);
         maps.resize(what.size());
         for (auto& map : maps) map.resize(skin_.cells());
         std::vector<double> rest(width);
         std::vector<std::vector<double>> L(visible_.size(), rest); // L(p_m) per cell^2
         for (int y = 0; y < skin_.height(); ++y) {
-            plan::rest_curvature_row(skin_, y, 0, skin_.width(), rest.data());
+            model::rest_curvature_row(skin_, y, 0, skin_.width(), rest.data());
             for (size_t m = 0; m < L.size(); ++m)
-                plan::laplacian_row(moments_->pressures[m], y, 0, skin_.width(), unit, skin_.stencil, skin_.edges,
-                                    L[m].data());
+                model::laplacian_row(moments_->pressures[m], y, 0, skin_.width(), unit, skin_.stencil, skin_.edges,
+                                     L[m].data());
             for (size_t i = 0; i < what.size(); ++i)
                 read_row(what[i], size_t(y) * width, rest, L, maps[i].data() + size_t(y) * width);
         }
@@ -76,12 +76,12 @@ class Separable : public plan::Stepper {
     using Signals = std::array<double, REDUCED_MAPS>;
 
     // Steps the elements whose sum is the stress that classes follow.
-    void press_modes(const plan::Step& step, const f64::Load& load) {
+    void press_modes(const model::Step& step, const f64::Load& load) {
         stress_.fill(0);
         for (size_t i = 0; i < modes_.size(); ++i) {
             f64::Coefficients k;
             const size_t first = skin_.materials.size();
-            plan::fill_chain<f64>(step, elements_, alone_, skin_.rule, first + i, &k);
+            model::fill_chain<f64>(step, elements_, alone_, skin_.rule, first + i, &k);
             modes_[i].press(load, &k);
             for (size_t q = 0; q < stress_.size(); ++q) stress_[q] += schedule_.shares[i] * modes_[i].signal(int(q));
             if (step.keep) modes_[i].keep();
@@ -92,8 +92,8 @@ class Separable : public plan::Stepper {
     size_t first_element(size_t term) const { return is_sum() ? 0 : term * skin_.chain.length; }
     bool is_sum() const { return !schedule_.others.empty(); }
     // Steps the cell of a term, whose coefficients are in table_.
-    void press_term(size_t term, const plan::Step& step, const f64::Load& load, const plan::Schedule& of) {
-        plan::ProductCell<f64>& cell = cells_[term];
+    void press_term(size_t term, const model::Step& step, const f64::Load& load, const model::Schedule& of) {
+        model::ProductCell<f64>& cell = cells_[term];
         cell.press(load, table_.data() + first_element(term));
         for (int q = 0; q < REDUCED_MAPS; ++q)
             visible_[term][size_t(q)] = 0 + of.unit * cell.signal(q); // 0 in place of -0
@@ -111,9 +111,9 @@ class Separable : public plan::Stepper {
         return greatest;
     }
 
-    plan::StencilEstimate estimate_now(const plan::PreparedSkin& skin) const {
-        if (visible_.size() == 1) return plan::stencil_estimate(skin, schedule_.pressure, strain(0));
-        return plan::stencil_estimate(skin, strains(), 1);
+    model::StencilEstimate estimate_now(const model::PreparedSkin& skin) const {
+        if (visible_.size() == 1) return model::stencil_estimate(skin, schedule_.pressure, strain(0));
+        return model::stencil_estimate(skin, strains(), 1);
     }
 
     std::vector<double> strains() const {
@@ -145,7 +145,7 @@ class Separable : public plan::Stepper {
     void add_product(Quantity q, size_t product, size_t at, const std::vector<double>& rest,
                      const std::vector<std::vector<double>>& L, double* out) const {
         const f64::Constants& c = skin_.constants;
-        const plan::Schedule& of = schedule_.product(product);
+        const model::Schedule& of = schedule_.product(product);
         const Map& map = int(q) < REDUCED_MAPS ? of.map_of(size_t(q)) : of.pressure;
         std::vector<double> b(L.size());
         const bool sum = is_sum();
@@ -170,7 +170,7 @@ class Separable : public plan::Stepper {
     }
 
     // Delivers the response of each site's own class.
-    void deliver_sites(const plan::Step& step) {
+    void deliver_sites(const model::Step& step) {
         const std::vector<Site>& sites = skin_.description.sites;
         const size_t n = schedule_.points.size(), first = n - sites.size();
         sample_.points.resize(n * REDUCED_MAPS);
@@ -211,7 +211,7 @@ class Separable : public plan::Stepper {
         std::vector<double> gain(width), row(width);
         for (size_t q = 0; q < REDUCED_MAPS; ++q) sample_.totals[q].min = INFINITY, sample_.totals[q].max = -INFINITY;
         for (size_t at = 0; at < skin_.cells(); at += width) {
-            plan::rest_curvature_row(skin_, int(at / width), 0, int(width), gain.data());
+            model::rest_curvature_row(skin_, int(at / width), 0, int(width), gain.data());
             for (size_t m = 0; m < bends_.size(); ++m) add_row(bends_[m].data() + at, -strain(m), gain);
             for (double& C : gain) C = 1 + c.curvature_length * C;
             for (size_t q = 0; q < REDUCED_MAPS; ++q) {
@@ -221,7 +221,7 @@ class Separable : public plan::Stepper {
                     add_row(schedule_.product(term).map_of(q).data() + at, visible_[term][q], row);
                 if (q != QUANTITY_STRAIN)
                     for (size_t x = 0; x < width; ++x) row[x] *= gain[x];
-                plan::Totals& totals = sample_.totals[q];
+                model::Totals& totals = sample_.totals[q];
                 for (double v : row) totals.min = std::min(totals.min, v), totals.max = std::max(totals.max, v);
             }
         }
@@ -238,14 +238,14 @@ class Separable : public plan::Stepper {
         for (size_t m = 0; m < maps.size(); ++m)
             for (int y = 0; y < skin_.height(); ++y) {
                 double* row = maps[m].data() + size_t(y) * width;
-                plan::laplacian_row(moments_->pressures[m], y, 0, skin_.width(),
-                                    plan::without_spacing(skin_.description.grid), skin_.stencil, skin_.edges, row);
+                model::laplacian_row(moments_->pressures[m], y, 0, skin_.width(),
+                                     model::without_spacing(skin_.description.grid), skin_.stencil, skin_.edges, row);
                 for (size_t x = 0; x < width; ++x) row[x] *= skin_.constants.bend;
             }
         return maps;
     }
 
-    void deliver(const plan::Step& step) {
+    void deliver(const model::Step& step) {
         const double g = strain(0); // extremes by hulls: of one part alone
         const bool extremes = schedule_.output.extremes && visible_.size() == 1;
         std::array<std::pair<double, double>, REDUCED_MAPS> ranges; // of a - g*b in each layer
@@ -271,29 +271,29 @@ class Separable : public plan::Stepper {
         sink_(step, sample_);
     }
 
-    const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
+    const model::PreparedSkin& skin_;
+    const model::Schedule& schedule_;
     std::shared_ptr<const Moments> moments_;
     const bool points_only_;
     Sink sink_;
-    plan::Sample sample_;
-    const plan::Chain alone_;                   // an element by itself
-    const std::vector<plan::Element> elements_; // of the timeline
-    std::vector<plan::ProductCell<f64>> cells_; // of each term
-    std::vector<plan::Timeline> timelines_;     // of Schedule::others
-    std::vector<plan::ProductCell<f64>> modes_; // of Schedule::modes
-    Signals stress_{};                          // that classes follow, after the last step
-    std::vector<f64::Coefficients> table_;      // of the parts' elements
-    std::vector<std::vector<double>> bends_;    // of each term, once extremes are taken from cells
+    model::Sample sample_;
+    const model::Chain alone_;                   // an element by itself
+    const std::vector<model::Element> elements_; // of the timeline
+    std::vector<model::ProductCell<f64>> cells_; // of each term
+    std::vector<model::Timeline> timelines_;     // of Schedule::others
+    std::vector<model::ProductCell<f64>> modes_; // of Schedule::modes
+    Signals stress_{};                           // that classes follow, after the last step
+    std::vector<f64::Coefficients> table_;       // of the parts' elements
+    std::vector<std::vector<double>> bends_;     // of each term, once extremes are taken from cells
     std::vector<Signals> visible_; // strain and signals of each term after the last step, under Schedule::unit
     std::vector<Signals> most_;    // the same at the output with the greatest strain
 };
 
 } // namespace
 
-std::unique_ptr<plan::Stepper> separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                         std::shared_ptr<const Moments> moments, bool points_only,
-                                         plan::Stepper::Sink sink) {
+std::unique_ptr<model::Stepper> separable(const model::PreparedSkin& skin, const model::Schedule& schedule,
+                                          std::shared_ptr<const Moments> moments, bool points_only,
+                                          model::Stepper::Sink sink) {
     return std::make_unique<Separable>(skin, schedule, std::move(moments), points_only, std::move(sink));
 }
 

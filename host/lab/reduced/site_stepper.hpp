@@ -11,7 +11,7 @@
 
 #include <vector>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // The deep cells of points, and which of them is each point's, by quantity: a number of SiteStepper's cells, 0 if none.
 struct DeepCells {
@@ -118,4 +118,4 @@ template <class K> class SiteStepper {
     std::vector<real> from_, to_;                  // pressure of each cell: of the frames, or in to_ the map's
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

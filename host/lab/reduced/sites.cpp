@@ -7,16 +7,16 @@
 namespace dermis::reduced {
 namespace {
 
-class Sites : public plan::Stepper {
+class Sites : public model::Stepper {
   public:
-    Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells,
+    Sites(const model::PreparedSkin& skin, const model::Schedule& schedule, const model::SiteCells& cells,
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
           pool_(simd::useful_threads(8 * cells.cells.size(), threads)), deep_(skin, schedule, cells, classes),
           stepper_(skin, schedule, cells, deep_.places),
           materials_(schedule.modes.empty() ? cells.materials : elements_of(skin, schedule)),
           columns_(cells.points.size()) {
-        const plan::PressedCells pressed = pressed_cells(schedule);
+        const model::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
             if (ever_pressed(pressed, skin.number_of(c), skin.width()) || has_deep(i))
@@ -29,15 +29,15 @@ class Sites : public plan::Stepper {
 
     void frame(const std::vector<double>& pressure) override { stepper_.frame(pressure); }
 
-    void press(const plan::Step& step) override {
-        f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed);
+    void press(const model::Step& step) override {
+        f64::Constants c = model::constants_of<f64>(skin_, schedule_.pressed);
         c.start = step.constant_start();
         c.rise = step.constant_rise();
         c.jump = step.jump;
         if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
         if (!step.same_coefficients(lanes_of_)) {
             lanes_of_ = step;
-            plan::fill_table<f64>(step, materials_, skin_.chain, skin_.rule, table_);
+            model::fill_table<f64>(step, materials_, skin_.chain, skin_.rule, table_);
             lanes_.resize(table_.size());
             std::ranges::transform(table_, lanes_.begin(), f64::lanes_of);
         }
@@ -52,12 +52,12 @@ class Sites : public plan::Stepper {
         if (step.keep) stepper_.keep();
     }
 
-    void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
+    void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // model::why_not: no fields
 
   private:
     static constexpr int answered = int(Quantity::curvature) + 1; // quantities of a sample
     struct Point {
-        plan::SitePlace<f64> at;
+        model::SitePlace<f64> at;
         size_t column; // of a sample
         int quantity;  // the one that is asked for, or every_quantity
     };
@@ -73,33 +73,33 @@ class Sites : public plan::Stepper {
                     stepper_.value(p.at, Quantity(q), deep_.of_point[p.column][size_t(q)], c, lanes_.data());
     }
 
-    const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
+    const model::PreparedSkin& skin_;
+    const model::Schedule& schedule_;
     const bool gains_; // whether FA2 has its gains
     Sink sink_;
     simd::Pool pool_;
-    const plan::DeepCells deep_;
-    plan::SiteStepper<f64> stepper_;
-    const std::vector<plan::Element> materials_;
+    const model::DeepCells deep_;
+    model::SiteStepper<f64> stepper_;
+    const std::vector<model::Element> materials_;
     size_t columns_;            // of a sample: all points
     std::vector<Point> points_; // the points that are ever pressed
     std::vector<f64::Coefficients> table_;
     std::vector<f64::LaneCoefficients> lanes_;
-    plan::Step lanes_of_; // what lanes_ was made from
-    plan::Sample sample_{};
+    model::Step lanes_of_; // what lanes_ was made from
+    model::Sample sample_{};
 };
 
 } // namespace
 
-std::vector<int> classes_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+std::vector<int> classes_of(const model::PreparedSkin& skin, const model::Schedule& schedule) {
     std::vector<int> classes(schedule.output.probes.size(), every_quantity);
     for (const Site& site : skin.description.sites) classes.push_back(int(site.type));
     return classes;
 }
 
-std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                     const plan::SiteCells& cells, const std::vector<int>& classes, int threads,
-                                     plan::Stepper::Sink sink, bool gains) {
+std::unique_ptr<model::Stepper> sites(const model::PreparedSkin& skin, const model::Schedule& schedule,
+                                      const model::SiteCells& cells, const std::vector<int>& classes, int threads,
+                                      model::Stepper::Sink sink, bool gains) {
     return std::make_unique<Sites>(skin, schedule, cells, classes, gains, threads, std::move(sink));
 }
 

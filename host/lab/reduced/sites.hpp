@@ -12,12 +12,12 @@ namespace dermis::reduced {
 // curvature, which follows them in a sample.
 constexpr int every_quantity = -1;
 // The classes of the schedule's points: every quantity for a probe, the site's own for a site.
-std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);
+std::vector<int> classes_of(const model::PreparedSkin&, const model::Schedule&);
 
 // Takes the steps of a timeline of cells.materials; all references must outlive it. threads: 0 = one per core. gains:
 // FA2 has its gains; the planner takes the greatest values before them.
-std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
-                                     const std::vector<int>& classes, int threads, plan::Stepper::Sink,
-                                     bool gains = true);
+std::unique_ptr<model::Stepper> sites(const model::PreparedSkin&, const model::Schedule&, const model::SiteCells& cells,
+                                      const std::vector<int>& classes, int threads, model::Stepper::Sink,
+                                      bool gains = true);
 
 } // namespace dermis::reduced

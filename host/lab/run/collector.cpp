@@ -10,14 +10,14 @@
 
 namespace dermis {
 
-std::vector<Quantity> wanted_quantities(const plan::Schedule& schedule) {
+std::vector<Quantity> wanted_quantities(const model::Schedule& schedule) {
     std::vector<Quantity> list;
     for (int q = 0; q < REDUCED_MAPS; ++q)
         if (schedule.wanted[size_t(q)]) list.push_back(Quantity(q));
     return list;
 }
 
-Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan::Schedule& schedule, bool every_cell)
+Collector::Collector(Result& result, const model::PreparedSkin& skin, const model::Schedule& schedule, bool every_cell)
     : result_(result), skin_(skin), schedule_(schedule), every_cell_(every_cell), wanted_(wanted_quantities(schedule)) {
     const Output& output = schedule.output;
     const size_t outputs = size_t(schedule.outputs);
@@ -33,7 +33,7 @@ Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan:
     }
 }
 
-void Collector::operator()(const plan::Step& step, const plan::Sample& sample) {
+void Collector::operator()(const model::Step& step, const model::Sample& sample) {
     for (Quantity q : wanted_)
         if (every_cell_) check_sample(sample, q, step.time);
     if (step.trace >= 0) {
@@ -45,8 +45,8 @@ void Collector::operator()(const plan::Step& step, const plan::Sample& sample) {
 }
 
 // A march's mean is finite only if every cell is; closed forms compute mean, extremes and probes each by itself.
-void Collector::check_sample(const plan::Sample& sample, Quantity q, double time) const {
-    const plan::Totals& totals = sample.totals[size_t(q)];
+void Collector::check_sample(const model::Sample& sample, Quantity q, double time) const {
+    const model::Totals& totals = sample.totals[size_t(q)];
     check_finite(totals.mean, q, time);
     if (schedule_.output.extremes) {
         check_finite(totals.min, q, time);
@@ -56,7 +56,7 @@ void Collector::check_sample(const plan::Sample& sample, Quantity q, double time
     for (size_t i = 0; i < schedule_.output.probes.size(); ++i) check_finite(points[i], q, time);
 }
 
-void Collector::take_traces(const plan::Step&, const plan::Sample& sample) {
+void Collector::take_traces(const model::Step&, const model::Sample& sample) {
     for (Trace& t : result_.traces) {
         const size_t q = size_t(t.quantity);
         t.mean.push_back(sample.totals[q].mean);
@@ -69,7 +69,7 @@ void Collector::take_traces(const plan::Step&, const plan::Sample& sample) {
     }
 }
 
-void Collector::take_sites(const plan::Step& step, const plan::Sample& sample) {
+void Collector::take_sites(const model::Step& step, const model::Sample& sample) {
     const std::vector<Site>& sites = skin_.description.sites;
     const double* points = sample.points.data() + schedule_.output.probes.size();
     const size_t first = result_.responses.size();
@@ -83,12 +83,12 @@ void Collector::take_sites(const plan::Step& step, const plan::Sample& sample) {
         check_finite(result_.responses[first + i], sites[i].type, step.time);
 }
 
-void Collector::take_impulses(const plan::Step& step, const plan::Sample& sample) {
+void Collector::take_impulses(const model::Step& step, const model::Sample& sample) {
     for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
         if (!schedule_.wanted[size_t(quantity)]) continue;
         if (std::ranges::none_of(skin_.materials, [elastic = elastic](auto& m) { return is_elastic(m) == elastic; }))
             continue;
-        const plan::Totals& totals = sample.totals[size_t(quantity)];
+        const model::Totals& totals = sample.totals[size_t(quantity)];
         const bool extremes = schedule_.output.extremes;
         Impulse& i = result_.impulses.emplace_back();
         i.time = step.time;
@@ -125,12 +125,12 @@ long long different(const std::vector<double>& a, const std::vector<double>& b) 
 
 } // namespace
 
-CrossCheck::CrossCheck(const MakeStepper& make, Result& result, const plan::PreparedSkin& skin,
-                       const plan::Schedule& schedule)
+CrossCheck::CrossCheck(const MakeStepper& make, Result& result, const model::PreparedSkin& skin,
+                       const model::Schedule& schedule)
     : result_(result), skin_(skin), wanted_(wanted_quantities(schedule)), collect_(other_result_, skin, schedule, true),
       stepper_(make(std::ref(collect_))) {}
 
-void CrossCheck::press(const plan::Step& step, plan::Stepper& first) {
+void CrossCheck::press(const model::Step& step, model::Stepper& first) {
     stepper_->press(step);
     if (!step.respond()) return;
     std::vector<Quantity> read = wanted_;

@@ -8,27 +8,27 @@
 namespace dermis {
 
 // The quantities that a schedule wants, in order.
-std::vector<Quantity> wanted_quantities(const plan::Schedule&);
+std::vector<Quantity> wanted_quantities(const model::Schedule&);
 
 class Collector {
   public:
     // every_cell: the run computes every cell, otherwise only the schedule's points.
-    Collector(Result&, const plan::PreparedSkin&, const plan::Schedule&, bool every_cell);
+    Collector(Result&, const model::PreparedSkin&, const model::Schedule&, bool every_cell);
 
-    void operator()(const plan::Step&, const plan::Sample&);
+    void operator()(const model::Step&, const model::Sample&);
 
     // Throws Error::bad_input where a value is not finite, unless the schedule allows unstable steps.
     void check_finite(double value, Quantity, double time) const;
 
   private:
-    void check_sample(const plan::Sample&, Quantity, double time) const;
-    void take_traces(const plan::Step&, const plan::Sample&);
-    void take_sites(const plan::Step&, const plan::Sample&);
-    void take_impulses(const plan::Step&, const plan::Sample&);
+    void check_sample(const model::Sample&, Quantity, double time) const;
+    void take_traces(const model::Step&, const model::Sample&);
+    void take_sites(const model::Step&, const model::Sample&);
+    void take_impulses(const model::Step&, const model::Sample&);
 
     Result& result_;
-    const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
+    const model::PreparedSkin& skin_;
+    const model::Schedule& schedule_;
     const bool every_cell_;
     const std::vector<Quantity> wanted_;
 };
@@ -36,21 +36,21 @@ class Collector {
 // Takes the steps of a march in float with a second one, and compares every cell of every output and every sample.
 class CrossCheck {
   public:
-    using MakeStepper = std::function<std::unique_ptr<plan::Stepper>(plan::Stepper::Sink)>;
+    using MakeStepper = std::function<std::unique_ptr<model::Stepper>(model::Stepper::Sink)>;
     // Counts in `result` the cells that are compared and the cells that differ.
-    CrossCheck(const MakeStepper&, Result& result, const plan::PreparedSkin&, const plan::Schedule&);
+    CrossCheck(const MakeStepper&, Result& result, const model::PreparedSkin&, const model::Schedule&);
 
     void frame(const std::vector<double>& pressure) { stepper_->frame(pressure); }
-    void press(const plan::Step&, plan::Stepper& first);
+    void press(const model::Step&, model::Stepper& first);
     void finish();
 
   private:
     Result& result_;
-    const plan::PreparedSkin& skin_;
+    const model::PreparedSkin& skin_;
     const std::vector<Quantity> wanted_;
     Result other_result_;
     Collector collect_;
-    std::unique_ptr<plan::Stepper> stepper_;
+    std::unique_ptr<model::Stepper> stepper_;
 };
 
 constexpr double share_of_fibres = 0.5; // of the progress of a run that has fibres

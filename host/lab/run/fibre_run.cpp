@@ -76,7 +76,7 @@ scene::ValidatedScene felt_by(const Group& group, const std::vector<Afferents>& 
 }
 
 // Divides the step of a schedule by a power of two, so that lines follow every sine.
-void divide(plan::Schedule& s) {
+void divide(model::Schedule& s) {
     const double step = s.time.step;
     for (size_t i = 0; i < s.products(); ++i) {
         const Envelope& e = s.product(i).load.envelope;
@@ -92,10 +92,10 @@ void divide(plan::Schedule& s) {
 }
 
 // The times at which the load may jump or bend, ascending, from 0 on; of frames, those of the frames.
-std::vector<Instant> bends_of(const plan::Schedule& s) {
+std::vector<Instant> bends_of(const model::Schedule& s) {
     std::vector<Instant> bends = {Instant()};
-    for (long long k = 1; s.framed && k < s.sequence->maps() && plan::frame_time(s, k) < Instant(s.time.duration); ++k)
-        bends.push_back(plan::frame_time(s, k));
+    for (long long k = 1; s.framed && k < s.sequence->maps() && model::frame_time(s, k) < Instant(s.time.duration); ++k)
+        bends.push_back(model::frame_time(s, k));
     for (size_t i = 0; !s.framed && i < s.products(); ++i) {
         const scene::Waveform load(s.product(i).load.envelope, s.time);
         for (const scene::Knot& k : load.knots())
@@ -116,8 +116,8 @@ double to_next_stop(double past, const scene::TauRange& range, double interval) 
 }
 
 // The stops between outputs, as fields: after each bend until the output steps are short enough, and the end.
-std::vector<Instant> stops_of(const plan::Schedule& s, const std::vector<plan::Element>& elements) {
-    std::vector<plan::Element> slow;
+std::vector<Instant> stops_of(const model::Schedule& s, const std::vector<model::Element>& elements) {
+    std::vector<model::Element> slow;
     std::ranges::copy_if(elements, std::back_inserter(slow), [](auto& e) { return !scene::is_elastic(e); });
     scene::TauRange range = scene::tau_range(slow);
     range.min = std::max(range.min, least_tau);
@@ -155,7 +155,7 @@ class FibreSteps {
         : regular_(regular), spikes_(spikes), fibres_(kinds_of(group, all), 1, std::max(threads, 1), simd::best()) {
         int first = 0;
         for (size_t i = 0; i < all.size(); ++i) {
-            const int count = int(plan::kind_of(all[i]).count);
+            const int count = int(model::kind_of(all[i]).count);
             const bool of_group = std::ranges::count(group.entries, i) > 0;
             for (int k = 0; k < count && of_group; ++k) numbers_.push_back(first + k);
             if (of_group) endings_ += all[i].cells.size();
@@ -163,7 +163,7 @@ class FibreSteps {
         }
     }
 
-    void operator()(const plan::Step& step, const plan::Sample& sample) {
+    void operator()(const model::Step& step, const model::Sample& sample) {
         if (step.impulse >= 0 || !(step.time > time_)) return; // nothing lasts
         const double* inputs = sample.points.data() + size_t(QUANTITY_SA1) * endings_;
         if (!std::all_of(inputs, inputs + endings_, [](double q) { return std::isfinite(q); }))
@@ -185,9 +185,9 @@ class FibreSteps {
     }
 
   private:
-    static std::vector<plan::FibreKind> kinds_of(const Group& group, const std::vector<Afferents>& all) {
-        std::vector<plan::FibreKind> kinds;
-        for (size_t i : group.entries) kinds.push_back(plan::kind_of(all[i]));
+    static std::vector<model::FibreKind> kinds_of(const Group& group, const std::vector<Afferents>& all) {
+        std::vector<model::FibreKind> kinds;
+        for (size_t i : group.entries) kinds.push_back(model::kind_of(all[i]));
         return kinds;
     }
 
@@ -202,22 +202,22 @@ class FibreSteps {
 // Appends the spikes of a group. done: of the run before, and after.
 void run_group(const Group& group, const std::vector<Afferents>& all, const Scene& asked, int threads,
                std::pair<double, double> done, std::vector<FiredSpike>& spikes) {
-    plan::PreparedRun run = plan::prepare_run(felt_by(group, all, asked), false, threads);
+    model::PreparedRun run = model::prepare_run(felt_by(group, all, asked), false, threads);
     divide(run.schedule);
     const bool separable = why_not_separable(run.skin, run.schedule).empty();
     if (separable) run = in_units(in_parts(std::move(run)));
-    plan::Schedule& schedule = run.schedule;
+    model::Schedule& schedule = run.schedule;
     schedule.field_times = stops_of(schedule, elements_of(run.skin, schedule));
-    for (plan::Schedule& other : schedule.others) {
+    for (model::Schedule& other : schedule.others) {
         other.time = schedule.time;
         other.outputs = schedule.outputs;
         other.field_times = schedule.field_times;
     }
     const auto fire =
         std::make_shared<FibreSteps>(group, all, schedule.between_outputs(), threads, spikes); // outlives no sink
-    const auto sink = [fire](const plan::Step& step, const plan::Sample& sample) { (*fire)(step, sample); };
-    std::optional<plan::SiteCells> cells;
-    std::unique_ptr<plan::Stepper> stepper;
+    const auto sink = [fire](const model::Step& step, const model::Sample& sample) { (*fire)(step, sample); };
+    std::optional<model::SiteCells> cells;
+    std::unique_ptr<model::Stepper> stepper;
     if (separable) {
         const auto moments = reduced::moments_of(run.skin, schedule, true, threads);
         stepper = reduced::separable(run.skin, schedule, moments, true, sink);
@@ -225,12 +225,12 @@ void run_group(const Group& group, const std::vector<Afferents>& all, const Scen
         cells.emplace(run.skin, pressed_cells(schedule), schedule.points);
         stepper = reduced::sites(run.skin, schedule, *cells, reduced::classes_of(run.skin, schedule), threads, sink);
     }
-    const std::vector<plan::Element> elements = !schedule.modes.empty() ? elements_of(run.skin, schedule)
-                                                : cells                 ? cells->materials
-                                                                        : run.skin.materials;
-    plan::Timeline timeline(schedule, elements, run.skin.rule, schedule.method, threads);
-    plan::FrameFeed feed(schedule, run.skin.width());
-    for (plan::Step step; timeline.next(step);) {
+    const std::vector<model::Element> elements = !schedule.modes.empty() ? elements_of(run.skin, schedule)
+                                                 : cells                 ? cells->materials
+                                                                         : run.skin.materials;
+    model::Timeline timeline(schedule, elements, run.skin.rule, schedule.method, threads);
+    model::FrameFeed feed(schedule, run.skin.width());
+    for (model::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         if (step.impulse < 0) step.trace = std::max(step.trace, 0LL); // every stop gives a sample
         stepper->press(step);

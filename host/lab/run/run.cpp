@@ -46,13 +46,13 @@ int threads_of(const Device& device) { return device.impl().backend->threads(); 
 // A validated scene with its skin and schedule.
 struct Prepared {
     Scene scene;
-    plan::PreparedRun run;
+    model::PreparedRun run;
     SharedMoments moments; // of the same maps, if they have been made already
 };
 
 Prepared prepared(const Scene& scene, const Device& device, bool check) {
     const scene::ValidatedScene validated = scene::validate(scene);
-    return {validated.scene, plan::prepare_run(validated, check, threads_of(device)), {}};
+    return {validated.scene, model::prepare_run(validated, check, threads_of(device)), {}};
 }
 
 // How a run is computed: all candidates, the one that is taken, and the device for which that was decided.
@@ -73,7 +73,7 @@ Decision decide(const Prepared& p, const Device& device, const RunOptions& optio
                                    .baseline = p.scene.method != Method::exact,
                                    .check = options.check,
                                    .on_device = device.impl().asked && device.info().vulkan};
-    const plan::Capabilities opened = device.impl().backend->capabilities();
+    const model::Capabilities opened = device.impl().backend->capabilities();
     const planner::Backends backends{opened,
                                      device.info().vulkan ? Device::cpu().impl().backend->capabilities() : opened};
     Decision d{.explanation = {}, .device = device, .peaks = {}};
@@ -92,7 +92,7 @@ Decision decided(const Prepared& p, const Device& device, const RunOptions& opti
 // A run as it is computed.
 struct Realised {
     Scene scene; // validated
-    plan::PreparedRun run;
+    model::PreparedRun run;
     Candidate decision;
     Device device;                    // the one that computes: the CPU path for all but a march in float
     SharedMoments moments;            // null where cells are stepped
@@ -154,7 +154,7 @@ class Run {
         if (!options.check) return;
         const Device other = d.device.info().vulkan ? Device::cpu() : Device::open("vulkan");
         check_ = std::make_unique<CrossCheck>(
-            [&](plan::Stepper::Sink sink) {
+            [&](model::Stepper::Sink sink) {
                 return march(other, skin_, schedule_, d.decision.precision, std::move(sink));
             },
             result_, skin_, schedule_);
@@ -163,15 +163,15 @@ class Run {
     // like: null, or a result of the same maps; the figures that describe the skin at the end are copied from it.
     Result take(const Result* like) {
         const auto start = Clock::now();
-        const std::vector<plan::Element> modal =
-            schedule_.modes.empty() ? std::vector<plan::Element>() : elements_of(skin_, schedule_);
-        plan::Timeline timeline(schedule_,
-                                !modal.empty() ? modal
-                                : cells_       ? cells_->materials
-                                               : skin_.materials,
-                                skin_.rule, schedule_.method, threads_of(d_.device));
-        plan::FrameFeed feed(schedule_, skin_.width());
-        for (plan::Step step; timeline.next(step);) {
+        const std::vector<model::Element> modal =
+            schedule_.modes.empty() ? std::vector<model::Element>() : elements_of(skin_, schedule_);
+        model::Timeline timeline(schedule_,
+                                 !modal.empty() ? modal
+                                 : cells_       ? cells_->materials
+                                                : skin_.materials,
+                                 skin_.rule, schedule_.method, threads_of(d_.device));
+        model::FrameFeed feed(schedule_, skin_.width());
+        for (model::Step step; timeline.next(step);) {
             feed.before(step, [&](const std::vector<double>& frame) {
                 stepper_->frame(frame);
                 if (check_) check_->frame(frame);
@@ -204,7 +204,7 @@ class Run {
 
   private:
     void make_stepper() {
-        const auto sink = [this](const plan::Step& step, const plan::Sample& sample) {
+        const auto sink = [this](const model::Step& step, const model::Sample& sample) {
             collect_(step, sample);
             if (d_.witness) d_.witness->compare(step, sample);
         };
@@ -220,7 +220,7 @@ class Run {
         }
     }
 
-    void read_fields(const plan::Step& step) {
+    void read_fields(const model::Step& step) {
         for (const FieldRequest& f : schedule_.output.fields) {
             if (!(scene::snapped(f.at, schedule_.time.step) == schedule_.field_times[size_t(step.field)])) continue;
             std::vector<std::vector<double>> maps;
@@ -243,7 +243,7 @@ class Run {
             result_.greatest_gain = like->greatest_gain;
             return;
         }
-        const plan::StencilEstimate estimate = stepper_->estimate(skin_);
+        const model::StencilEstimate estimate = stepper_->estimate(skin_);
         result_.stencil_estimate = estimate.greatest;
         result_.kinks = estimate.kinks;
         result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
@@ -257,27 +257,28 @@ class Run {
     }
 
     const Realised& d_;
-    const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
+    const model::PreparedSkin& skin_;
+    const model::Schedule& schedule_;
     Result result_;
     Collector collect_;
-    long long most_strained_ = -1;         // in a march, the output at which the skin is likely to be curved most
-    double most_curved_ = 0;               // greatest |C| there, 1/m
-    std::optional<plan::SiteCells> cells_; // the cells that the model `sites` steps, if it steps any
-    std::unique_ptr<plan::Stepper> stepper_;
+    long long most_strained_ = -1;          // in a march, the output at which the skin is likely to be curved most
+    double most_curved_ = 0;                // greatest |C| there, 1/m
+    std::optional<model::SiteCells> cells_; // the cells that the model `sites` steps, if it steps any
+    std::unique_ptr<model::Stepper> stepper_;
     std::unique_ptr<CrossCheck> check_;
 };
 
 // Presses the cell with the greatest pressure along lines and along parabolas between the frames of a sequence.
-void compare_holds(const plan::PreparedRun& run, Explanation& e) try {
-    plan::FrameFeed frames(run.schedule, run.skin.width());
+void compare_holds(const model::PreparedRun& run, Explanation& e) try {
+    model::FrameFeed frames(run.schedule, run.skin.width());
     const size_t cell = planner::greatest_cell(run.schedule.pressure);
     const double peak = std::max(run.schedule.pressure[cell], 1e-300); // no quotient by 0
     SkinDescription one;
     one.grid = {1, 1, {}}; // without curvature, so that responses are strain and rate
     std::vector<KelvinVoigt> elements;
     const auto first = run.skin.materials.begin() + long(run.skin.material_at(cell));
-    for (const plan::Element& m : std::span(first, run.skin.chain.length)) elements.push_back({m.modulus, m.viscosity});
+    for (const model::Element& m : std::span(first, run.skin.chain.length))
+        elements.push_back({m.modulus, m.viscosity});
     scene::take_chain(one.material, elements);
     SkinOptions options{.responses = {Quantity::sa1, Quantity::fa1}};
     Skin line(Device::cpu(1), one, options);
@@ -305,15 +306,15 @@ SceneMaps maps(const Scene& scene) {
     const auto words = [&] { return needs_of(scene); };
     return scene::guarded(words, [&]() -> SceneMaps {
         const DefaultFloats guard;
-        const plan::PreparedRun run = plan::prepare_run(scene);
+        const model::PreparedRun run = model::prepare_run(scene);
         const size_t width = size_t(run.skin.width());
         std::vector<double> surface(run.skin.cells()), rest(surface);
         for (int y = 0; y < run.skin.height(); ++y) {
-            plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
-            plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
+            model::surface_row(run.skin, y, surface.data() + size_t(y) * width);
+            model::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
         }
         Map pressure = run.schedule.pressure;
-        if (run.schedule.framed) pressure = plan::FrameFeed(run.schedule, run.skin.width()).frame(0);
+        if (run.schedule.framed) pressure = model::FrameFeed(run.schedule, run.skin.width()).frame(0);
         if (scene::is_sum(scene)) pressure = scene::sum_of_maps(scene::validate(scene).scene);
         return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = pressure};
     });

@@ -18,7 +18,7 @@ template <class T> std::vector<T> each(const std::vector<WitnessCell>& cells, T 
 
 // Cells that show most of a run's error, as many as a fiftieth of the run's time allows, 4 to 32. The last of the
 // schedule's points then are the chosen cells that are no sites.
-std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Schedule& schedule,
+std::vector<WitnessCell> witness_cells(const model::PreparedSkin& skin, model::Schedule& schedule,
                                        const Candidate& taken) {
     constexpr double share = 1.0 / 50, step_of_cell = 2e-6; // s: of a cell and those that its stencil reads
     const double steps = schedule.framed ? double(taken.steps) : 64, cost = step_of_cell * double(skin.chain.length);
@@ -41,13 +41,13 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
 
 } // namespace
 
-Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<WitnessCell>& cells,
-                 const planner::Peaks& scale, double stored)
+Witness::Witness(const model::PreparedSkin& skin, const model::Schedule& schedule,
+                 const std::vector<WitnessCell>& cells, const planner::Peaks& scale, double stored)
     : whole_(schedule), schedule_(schedule.framed ? schedule : with_fewer_outputs(schedule, 64)),
       cells_(skin, {.box = {0, skin.height(), 0, skin.tiles}}, each(cells, &WitnessCell::cell)), // those around too
       materials_(schedule.framed && !schedule.modes.empty() ? elements_of(skin, schedule) : cells_.materials),
       rule_(skin.rule), scale_(scale), stored_(stored), telling_(planner::telling_outputs(skin, schedule)),
-      constants_(plan::constants_of<extended>(skin, schedule.pressed)),
+      constants_(model::constants_of<extended>(skin, schedule.pressed)),
       deep_(skin, schedule_, cells_, each(cells, &WitnessCell::quantity)),
       stepper_(skin, schedule_, cells_, deep_.places), timeline_(schedule_, materials_, rule_, Method::exact),
       references_(schedule_, materials_, rule_), lanes_(materials_.size() * (1 + schedule.bent())) {
@@ -70,7 +70,7 @@ void Witness::advance(scene::Instant end) {
     }
 }
 
-void Witness::press(const plan::Step& step) {
+void Witness::press(const model::Step& step) {
     const bool measured = references_.take(step);
     std::array<extended::Coefficients, scene::most_in_series> k, past{};
     auto lanes = lanes_.begin();
@@ -78,10 +78,10 @@ void Witness::press(const plan::Step& step) {
     for (size_t i = 0; i < materials_.size(); i += length) {
         for (size_t e = 0; e < length; ++e)
             k[e] = measured ? references_.coefficients(i + e, past[e])
-                            : plan::rounded<extended>(step.coefficients_of(i + e, materials_[i + e], rule_));
+                            : model::rounded<extended>(step.coefficients_of(i + e, materials_[i + e], rule_));
         for (auto* joined : {&k, &past})
-            plan::join_loads<extended>(joined->data(), length, cells_.chain.spring,
-                                       measured ? references_.length() : (long double)step.length);
+            model::join_loads<extended>(joined->data(), length, cells_.chain.spring,
+                                        measured ? references_.length() : (long double)step.length);
         for (size_t e = 0; e < length; ++e) {
             *lanes++ = extended::lanes_of(k[e]);
             if (step.bent) *lanes++ = extended::lanes_of(past[e]);
@@ -133,7 +133,7 @@ long double Witness::value(const Point& p, Quantity q) const {
     return at(q, p.deep[size_t(q)]);
 }
 
-void Witness::compare(const plan::Step& step, const plan::Sample& sample) {
+void Witness::compare(const model::Step& step, const model::Sample& sample) {
     if (step.trace >= 0) totals_ = sample.totals;
     if (step.trace < 0 || outputs_.empty() || outputs_.front().row != step.trace) return;
     const std::vector<long double> values = std::move(outputs_.front().values);
@@ -153,14 +153,14 @@ void Witness::compare(Quantity q, const std::vector<double>& map) {
 }
 
 // Where totals differ from those of the run's map, they or a value of the map are off by half of it or more.
-void Witness::read(const plan::Step& step, plan::Stepper& run) {
+void Witness::read(const model::Step& step, model::Stepper& run) {
     std::vector<std::vector<double>> map;
     for (Quantity q : whole_.output.traces) {
         if (step.trace < 0 || step.trace != telling_[size_t(q)]) continue;
         run.read({q}, map);
         const auto [least, greatest] = std::ranges::minmax(map[0]);
         const long double mean = std::accumulate(map[0].begin(), map[0].end(), 0.0L) / (long double)map[0].size();
-        const plan::Totals& given = totals_[size_t(q)];
+        const model::Totals& given = totals_[size_t(q)];
         take(std::abs(given.mean - double(mean)) / 2, q, scale_.all);
         if (!whole_.output.extremes) continue;
         take(std::max(std::abs(given.min - least), std::abs(given.max - greatest)) / 2, q, scale_.all);
@@ -192,7 +192,7 @@ void Witness::tell(Result& result) const {
     if (!result.impulses.empty()) add("impulses");
 }
 
-std::unique_ptr<Witness> witness_of(plan::PreparedRun& run, const Candidate& taken, const planner::Peaks& peaks) {
+std::unique_ptr<Witness> witness_of(model::PreparedRun& run, const Candidate& taken, const planner::Peaks& peaks) {
     const std::vector<WitnessCell> cells = witness_cells(run.skin, run.schedule, taken);
     const Precision precision = taken.model == Model::march ? taken.precision : Precision::f64;
     return std::make_unique<Witness>(run.skin, run.schedule, cells, peaks,

@@ -89,7 +89,7 @@ MeasuredSurface measured_surface(const FileMap& map, double spacing, const Grid&
                    std::to_string(map.height) + " numbers, the grid " + std::to_string(grid.width) + " x " +
                    std::to_string(grid.height) + " cells of " + shortest(*grid.spacing) + " m");
     const Grid own{.width = map.width, .height = map.height, .spacing = spacing};
-    std::vector<double> curvature = plan::laplacian(map.values.values(), own, STENCIL_FOURTH_ORDER, EDGES_MIRROR);
+    std::vector<double> curvature = model::laplacian(map.values.values(), own, STENCIL_FOURTH_ORDER, EDGES_MIRROR);
     return {.heights = sampled(map.values.values(), map.width, map.height, grid, cell),
             .curvature = sampled(std::move(curvature), map.width, map.height, grid, cell)};
 }

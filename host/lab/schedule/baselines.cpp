@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 StabilityFunction stability_function(Method method, double z) {
     StabilityFunction r{};
@@ -55,4 +55,4 @@ f64::Coefficients published_coefficients(const Element& m, double dt) {
     return k;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -5,7 +5,7 @@
 #include "dermis/scene.hpp"
 #include "host/core/model/coefficients.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // A baseline method, for a pressure held over the step: R(z) in place of e^-z; dt > 0, viscosity > 0.
 f64::Coefficients baseline_coefficients(Method, const Element&, const ResponseRule&, double dt);
@@ -18,4 +18,4 @@ StabilityFunction stability_function(Method, double z);
 // strain after the step, and FA2 a multiple of Constants::jump, which the timeline computes.
 f64::Coefficients published_coefficients(const Element&, double dt);
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // A cell for kernels/cell.h: its state, as an array of sums: of each element, the integral, the rate of a spring, and
 // the pressure of the frame before. k: the coefficients of each element, a spring last, as they stand in a table.
@@ -85,4 +85,4 @@ template <class K> class ProductCell {
     std::array<typename K::real, REDUCED_MAPS> signals_{}, kept_{};
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

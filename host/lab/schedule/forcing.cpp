@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 namespace {
 
@@ -239,4 +239,4 @@ IN(f64)
 IN(extended)
 #undef IN
 
-} // namespace dermis::plan
+} // namespace dermis::model

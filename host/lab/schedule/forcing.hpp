@@ -10,7 +10,7 @@
 #include <optional>
 #include <span>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // T is double, or for references long double.
 
@@ -90,4 +90,4 @@ template <class K>
 void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<SineGains<double>>& gains,
                       const int* material, int cells, const Forcing<double>&, typename K::Coefficients* row);
 
-} // namespace dermis::plan
+} // namespace dermis::model

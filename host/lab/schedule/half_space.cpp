@@ -11,7 +11,7 @@
 #define kissfft dermis_kissfft // a host may have another version
 #include <kissfft/kissfft.hh>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 using Complex = std::complex<long double>;
@@ -207,4 +207,4 @@ double error_of_stresses(const std::vector<double>& map, const Grid& grid, const
     return (1 + 1e-9) * most * (rounded + unit * (3 * 22 * levels + 4) * 1.8 * both);
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

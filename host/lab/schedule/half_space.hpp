@@ -8,7 +8,7 @@
 
 #include <limits>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // A depth, and what acts there.
 struct Depth {
@@ -51,4 +51,4 @@ std::vector<std::vector<double>> stresses_of(const std::vector<double>& map, con
 // A bound of how far stresses_of() is off the sums before they are rounded to double, Pa.
 double error_of_stresses(const std::vector<double>& map, const Grid&, const HalfSpace&);
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -3,7 +3,7 @@
 
 #include "host/core/model/coefficients_in.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 long double p3_of(long double z) { // its power series, to 2^-113
     long double sum = 1;
@@ -50,4 +50,4 @@ extended::Coefficients References::coefficients(size_t material, extended::Coeff
     return k;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

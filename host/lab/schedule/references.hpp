@@ -5,7 +5,7 @@
 #include "host/lab/schedule/extended.hpp"
 #include "host/lab/schedule/timeline.hpp"
 
-namespace dermis::plan {
+namespace dermis::model {
 
 // Returns a - b.
 f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b);
@@ -17,7 +17,7 @@ class References {
 
     // Computes the coefficients of a step. False for an impulse, and for a step by another method than the exact one.
     bool take(const Step&);
-    // The coefficients of a material in the last step taken, before loads are joined (plan::join_loads).
+    // The coefficients of a material in the last step taken, before loads are joined (model::join_loads).
     // past: the second ones; 0 where nothing bends the pressure.
     extended::Coefficients coefficients(size_t material, extended::Coefficients& past) const;
     // The length of that step, s.
@@ -37,4 +37,4 @@ class References {
     long double length_ = -1, before_ = 0; // s: of the step, and back to the pressure that bends it
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dermis::plan {
+namespace dermis::model {
 namespace {
 
 // Widens the box to contain all cells that a map presses.
@@ -300,4 +300,4 @@ std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model mo
     return why_not_separable(skin, schedule);
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

@@ -9,7 +9,7 @@
 
 #include <memory>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 struct Schedule {
     Method method = Method::exact;
@@ -100,4 +100,4 @@ std::string why_not(const PreparedSkin&, const Schedule&, Model);
 // The reason why the strain is not, in each of a few parts of the skin, a map times a function of time; empty if it is.
 std::string why_not_separable(const PreparedSkin&, const Schedule&);
 
-} // namespace dermis::plan
+} // namespace dermis::model

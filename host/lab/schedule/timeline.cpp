@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 void FrameFeed::before(const Step& step, const std::function<void(const std::vector<double>&)>& give) {
     if (step.frame < 0 || (given_[0] == step.from && given_[1] == step.to)) return;
@@ -310,4 +310,4 @@ bool Timeline::next(Step& step) {
     return true;
 }
 
-} // namespace dermis::plan
+} // namespace dermis::model

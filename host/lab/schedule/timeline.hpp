@@ -9,7 +9,7 @@
 
 #include <functional>
 
-namespace dermis::plan {
+namespace dermis::model {
 
 using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each material, or one for all
 using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
@@ -145,7 +145,7 @@ class Timeline {
     Timeline(const Schedule& schedule, const PreparedSkin& skin)
         : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
     bool next(Step&);
-    scene::Instant frame_time(long long k) const { return plan::frame_time(schedule_, k); }
+    scene::Instant frame_time(long long k) const { return model::frame_time(schedule_, k); }
 
   private:
     using Instant = scene::Instant;
@@ -192,4 +192,4 @@ class Timeline {
     double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
 };
 
-} // namespace dermis::plan
+} // namespace dermis::model
