@@ -46,7 +46,7 @@ Alone alone(const std::function<double()>& work) {
     return a;
 }
 
-// Runs a scene on the CPU path, each time in a process of its own, and compares the greatest memory with explain()'s.
+// Runs a scene on the CPU path, each time in a process of its own, and compares the greatest memory with plan()'s.
 void add_alone(Bench& bench, Measurement r, const std::function<Scene()>& scene, int runs) {
     std::vector<double> seconds;
     Alone a;
@@ -56,7 +56,7 @@ void add_alone(Bench& bench, Measurement r, const std::function<Scene()>& scene,
     }
     r.wall = timing_of(seconds);
     const double planned = alone([&] {
-                               const Explanation e = explain(scene(), Device::cpu());
+                               const Explanation e = plan(scene(), Device::cpu());
                                return e.candidates[e.chosen].bytes;
                            }).seconds;
     r.limit = planned_bytes;

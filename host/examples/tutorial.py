@@ -28,7 +28,7 @@ except dermis.Error as error:
     print(f"{error.code}: {error}")
 
 # %% How a scene would be run, before it is.
-plan = dermis.explain(scene)
+plan = dermis.plan(scene)
 print(f"{plan.chosen.model} in {plan.chosen.precision}, of {len(plan.candidates)} candidates")
 
 # %% A skin in metres, with numbers that were measured, and whether a run's numbers are plausible for skin.

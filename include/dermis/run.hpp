@@ -142,7 +142,11 @@ struct Explanation {
 };
 
 // Says how run() would compute the scene, like a database's EXPLAIN. Nothing is run.
-DERMIS_API Explanation explain(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
+DERMIS_API Explanation plan(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
+[[deprecated("use dermis::plan")]] inline Explanation explain(const Scene& scene, const Device& device = Device::cpu(),
+                                                              const RunOptions& options = {}) {
+    return plan(scene, device, options);
+}
 
 // Runs the scene, on the CPU path unless a device is given. Opening a GPU takes a loader, a driver and a self-test:
 // open one once, by Device::open("auto"), and pass it to each run. Throws Error::bad_input for a scene that is not

@@ -244,7 +244,7 @@ TEST_CASE("an allocation that fails in the library: an error says what needed ho
         const SceneMaps m = maps(s);
         all.insert(all.end(), m.rest_curvature.begin(), m.rest_curvature.end());
     });
-    starve("explain", [&](Numbers& all) { all.push_back(double(explain(s, Device::cpu(1)).candidates.size())); });
+    starve("plan", [&](Numbers& all) { all.push_back(double(plan(s, Device::cpu(1)).candidates.size())); });
     starve("population", [](Numbers& all) { all.push_back(double(population(fingertip().grid).size())); });
     const Relaxation relaxing{.moduli = {1, 2}, .times = {3, 4}, .equilibrium = 5};
     starve("a relaxation", [&](Numbers& all) { all.push_back(relaxation_of(chain_of(relaxing)).moduli[0]); });

@@ -345,7 +345,7 @@ TEST_CASE("frames further apart than the material takes to follow fire as the sa
 
 TEST_CASE("a bad table of fibres is refused by key, value and what is allowed") {
     const auto why = [](const std::string& text) {
-        return refusal(Error::Code::bad_input, [&] { (void)explain(Scene::from_string("[[afferents]]\n" + text)); });
+        return refusal(Error::Code::bad_input, [&] { (void)plan(Scene::from_string("[[afferents]]\n" + text)); });
     };
     const auto has = [&](const std::string& text, const std::string& part) {
         const std::string message = why(text);

@@ -329,10 +329,10 @@ TEST_CASE("a plan says what the frames of a sequence lose, and a report at which
         s->material.elements = {{2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}};
     }
     // The error of lines (suite hold), up to the error of parabolas.
-    const Explanation e = explain(b.sequence);
+    const Explanation e = plan(b.sequence);
     CHECK(std::abs(e.strain_between_frames - 2.011e-3) < 2.8e-4);
     CHECK(std::abs(e.fa1_between_frames - 2.276e-2) < 3.9e-3);
-    CHECK(std::isnan(explain(b.table).strain_between_frames));
+    CHECK(std::isnan(plan(b.table).strain_between_frames));
     CHECK(report(b.sequence, Result()).vibration.value == relative(17.8013, 1e-5));
     CHECK(std::isnan(report(b.table, Result()).vibration.value));
 }

@@ -240,11 +240,11 @@ TEST_CASE("moments of several retardation times have the same bits on any number
     for (const Trace& t : one.traces) CHECK(t.mean == three.trace(t.quantity).mean);
 }
 
-TEST_CASE("materials that differ are served without a march where retardation times are few, and `explain` says so") {
+TEST_CASE("materials that differ are served without a march where retardation times are few, and `plan` says so") {
     Scene s = small_scene(8, 8);
     s.material = {0.7, 0.21, {}, {}, {}, {}};
     const auto taken = [&] { return run(s, Device::cpu()).model; };
-    const auto times = [&] { return explain(s, Device::cpu()).retardation_times; };
+    const auto times = [&] { return plan(s, Device::cpu()).retardation_times; };
     CHECK(times().empty()); // a uniform skin needs no saying
     vary(s.material, s.grid, 1.5);
     CHECK(int(taken()) == int(Model::moments));

@@ -297,7 +297,7 @@ TEST_CASE("a march of a material in each cell under a sine takes at most 1.15 of
         folder.write("scene.toml", "model = \"march\"\nprecision = \"f32\"\n[grid]\nwidth = 1024\nheight = 1024\n"
                                    "[material]\nmodulus = \"modulus.npy\"\n[load]\nenvelope = \"sine\"\n"
                                    "frequency = 5\nmean = 1\namplitude = 1\n[time]\nstep = 0.01\nduration = 0.1\n");
-    const Explanation e = explain(Scene::from_file(scene), Device::cpu(1));
+    const Explanation e = plan(Scene::from_file(scene), Device::cpu(1));
     const Candidate& plan = e.candidates.at(e.chosen);
     const auto [status, bytes] = peak_of("run " + scene + " --device cpu --out " + (folder / "out").string());
     CHECK(status == 0);

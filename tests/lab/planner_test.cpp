@@ -152,7 +152,7 @@ TEST_CASE(
             CAPTURE(tolerances[t]);
             s.tolerance = tolerances[t];
             try {
-                const Explanation e = explain(s, Device::cpu(1));
+                const Explanation e = plan(s, Device::cpu(1));
                 const Candidate& taken = e.candidates[e.chosen];
                 REQUIRE(measured.count({taken.model, taken.precision}));
                 const double error = measured[{taken.model, taken.precision}];
@@ -198,8 +198,8 @@ TEST_CASE("a tolerance that cannot be met is refused and says what can; a defaul
     const std::string euler = refused(s);
     CHECK(euler.find("tolerance = 1e-06; attainable here: 0.") != std::string::npos);
     s.tolerance.reset();
-    CHECK(run(s, Device::cpu()).time.size() == 8); // and `explain` says how far off
-    const Explanation e = explain(s, Device::cpu());
+    CHECK(run(s, Device::cpu()).time.size() == 8); // and `plan` says how far off
+    const Explanation e = plan(s, Device::cpu());
     CHECK(e.candidates[e.chosen].error > 1e-3);
     CHECK_FALSE(e.binding);
     s.method = Method::exact;
@@ -235,7 +235,7 @@ TEST_CASE("what is explained is what is run") {
         oracle::Family family(seed);
         Scene s = family.next().scene;
         s.tolerance.reset();
-        const Explanation e = explain(s, Device::cpu());
+        const Explanation e = plan(s, Device::cpu());
         const Result r = run(s, Device::cpu());
         CHECK(int(r.model) == int(e.candidates[e.chosen].model));
         CHECK(int(r.precision) == int(e.candidates[e.chosen].precision));

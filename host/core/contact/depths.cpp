@@ -3,7 +3,8 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/contact/landing.hpp"
 
-#include <cfloat>
+#include <bit>
+#include <limits>
 
 namespace dermis::contact {
 namespace {
@@ -62,7 +63,8 @@ template <class T> double checked_depths(const DepthRows<T>& depths) {
 // and so never goes too high, whichever level it starts from; from the second step on cells only drop out, until none
 // does.
 template <class T> double level_of(const DepthRows<T>& depths, double reference, double target) {
-    Excess active = above(depths, reference, reference > 0 ? -reference : -DBL_MAX); // what the depths say
+    Excess active = above(depths, reference,
+                          reference > 0 ? -reference : std::numeric_limits<double>::lowest()); // what the depths say
     for (;;) {
         const double level = (active.sum - target) / double(active.cells);
         const Excess next = above(depths, reference, level);
@@ -111,8 +113,8 @@ ContactReport add_depths(const Pad& pad, const DepthMap& d) {
     scene::need_not_negative("depths.force", d.force);
     if (d.stiffness != 0) need_within("depths.stiffness", d.stiffness, 1e-6, 1e30, "1e-6..1e30");
     need_float_pressure(pad, d.force);
-    return d.depth.visit([&](const auto* first) {
-        return add_rows(pad, d, DepthRows{first, d.pitch ? d.pitch : size_t(pad.width), pad.width, pad.height});
+    return d.depth.visit([&]<class T>(const T* first) {
+        return add_rows<T>(pad, d, {first, d.pitch ? d.pitch : size_t(pad.width), pad.width, pad.height});
     });
 }
 

@@ -29,12 +29,12 @@ RunOfScene run_scene(const Scene& scene, nb::handle device, const std::optional<
     return {scene, run(scene, on.device(), options)};
 }
 
-Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision) {
+Explanation plan_of_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision) {
     RunOptions options = options_of(precision, false);
     const SharedDevice on = device_of(device);
     Computing computing(on.in_use());
     options.progress = computing.progress(Py_None);
-    return explain(scene, on.device(), options);
+    return plan(scene, on.device(), options);
 }
 
 template <auto member> View<double> numbers_of(nb::handle_t<Trace> self) {
@@ -155,7 +155,7 @@ void bind_explanation(nb::module_& m) {
         .def_ro("strain_between_frames", &Explanation::strain_between_frames,
                 "What frames of a sequence lose of the strain: by how much lines and parabolas between them differ.")
         .def_ro("fa1_between_frames", &Explanation::fa1_between_frames, "The same of FA1.");
-    m.def("explain", explain_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
+    m.def("plan", plan_of_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
           nb::arg("precision").none() = nb::none());
 }
 

@@ -126,12 +126,12 @@ void add_candidates(std::vector<Way>& ways, Scene scene, const Device& cpu, cons
     const Truth truth(scene);
     for (const Device* at : {&cpu, &device}) {
         if (at == &device && !device.info().vulkan) continue; // the CPU path again
-        for (const Candidate& c : explain(scene, *at).candidates) {
+        for (const Candidate& c : plan(scene, *at).candidates) {
             const bool vulkan = c.device != cpu.info().name;
             if (!c.steps || vulkan != at->info().vulkan) continue; // not in question, or of the other device
             Scene own = scene;
             own.model = c.model, own.precision = c.precision;
-            const Explanation plan = explain(own, *at); // has the bound, even where it was not needed to choose
+            const Explanation plan = dermis::plan(own, *at); // has the bound, even where it was not needed to choose
             Candidate candidate = c;
             candidate.error = plan.candidates[plan.chosen].error, candidate.refused.clear();
             ways.push_back(measured({scene.method, candidate, scene.time.step}, own, *at, truth));

@@ -122,7 +122,7 @@ int explain_scene(const Arguments& a) {
     output::Json plans = output::Json::array();
     for (const auto& overrides : runs) {
         const Scene scene = Scene::from_file(a.scene, overrides);
-        const Explanation e = explain(scene, device, options_of(a));
+        const Explanation e = dermis::plan(scene, device, options_of(a));
         if (a.json) {
             plans.push_back(json_of(scene, overrides, e));
             continue;

@@ -320,7 +320,7 @@ SceneMaps maps(const Scene& scene) {
     });
 }
 
-Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
+Explanation plan(const Scene& scene, const Device& device, const RunOptions& options) {
     const auto words = [&] { return needs_of(scene); };
     return scene::guarded(words, [&] {
         const DefaultFloats guard;

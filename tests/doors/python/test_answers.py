@@ -154,7 +154,7 @@ ANSWERS = [
     (lambda: dermis.run(GRID, chek=True), "chek = True; allowed: the arguments scene, device, precision, check, progress"),
     (lambda: dermis.run(GRID, progress=5), "progress = 5; allowed: a function or None"),
     (lambda: dermis.sweep(GRID, 5), "values = 5; allowed: a dict"),
-    (lambda: dermis.explain(GRID, precision=7), "precision = 7; allowed: a text or None"),
+    (lambda: dermis.plan(GRID, precision=7), "precision = 7; allowed: a text or None"),
     (lambda: dermis.fingertip(5), "one more argument = 5; allowed: the arguments keys"),
     (lambda: dermis.Scene(5), "tables = 5; allowed: a dict or None"),
     (lambda: dermis.Scene(GRID, sites=[("sa1", 2**40, 2)]), "sites = 1099511627776; allowed: a whole number, -1e9..1e9"),

@@ -72,7 +72,7 @@ def test_what_a_run_returns_arrives_whole():
     there = again(result)
     assert numbers(there) == numbers(result) and (there.time == result.time).all()
     assert repr(there) == repr(result) and repr(there.report()) == repr(result.report())
-    for value in (result["sa1"], result.report(), result.report().strain, result.device, dermis.explain(SCENE),
+    for value in (result["sa1"], result.report(), result.report().strain, result.device, dermis.plan(SCENE),
                   *dermis.run({"load": {"envelope": "pulse"}, "time": {"duration": 1.0}}).impulses[:1],
                   dermis.KelvinVoigt(modulus=2.0, viscosity=3.0), dermis.Relaxation(moduli=[1.0], times=[2.0]),
                   dermis.fit_relaxation([0, 1, 2, 3, 4], [5, 4, 3.5, 3.2, 3], 2), dermis.contact.Contact(1e-3, 2e-3, 0.5),

@@ -70,7 +70,7 @@ def test_impulses_and_figures_have_names():
 
 
 def test_a_plan_says_what_a_run_takes():
-    plan = dermis.explain(SCENE)
+    plan = dermis.plan(SCENE)
     assert plan.chosen.model == dermis.run(SCENE).model and plan.chosen.refused == ""
     assert all(c.refused for c in plan.candidates if c is not plan.chosen and c.model != plan.chosen.model)
 
@@ -139,5 +139,7 @@ def test_names_that_have_gone_say_what_does_the_same():
     np.testing.assert_array_equal(result.fields["deformation", 0], rest["surface"])
     np.testing.assert_array_equal(result.fields["curvature", 0], rest["rest_curvature"])
     assert not {"maps", "run_materials"} & {*dir(dermis), *dermis.__all__}
+    with pytest.warns(DeprecationWarning, match="dermis.plan"):
+        assert dermis.explain is dermis.plan
     with pytest.raises(AttributeError, match="no attribute 'map'"):
         dermis.map

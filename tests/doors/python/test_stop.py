@@ -27,7 +27,7 @@ import dermis, test_stop
 signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever a background job inherits
 device = dermis.Device.open(sys.argv[3])
 right = test_stop.bits(dermis.run(test_stop.SMALL, device, precision="f32"))
-call = dermis.explain if sys.argv[4:] else dermis.run
+call = dermis.plan if sys.argv[4:] else dermis.run
 print("running", flush=True)
 try:
     call(test_stop.LONG[sys.argv[2]], device)
@@ -42,7 +42,7 @@ def bits(result):
 
 
 @pytest.mark.parametrize("scene, device, call", [(scene, "cpu", []) for scene in LONG] + [
-    ("a march", "vulkan", []), ("sums", "cpu", ["explain"])])
+    ("a march", "vulkan", []), ("sums", "cpu", ["plan"])])
 def test_ctrl_c_ends_a_run_and_the_next_one_is_right(scene, device, call):
     command = [sys.executable, "-c", STOPPED, __file__.rpartition("/")[0], scene, device, *call]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)

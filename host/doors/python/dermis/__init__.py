@@ -46,11 +46,14 @@ _GONE = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "explain":
+        warnings.warn("dermis.explain is dermis.plan", DeprecationWarning, stacklevel=2)
+        return plan
     if name not in _GONE:
         raise AttributeError(f"module 'dermis' has no attribute {name!r}")
 
     def gone(*_: Any, **__: Any) -> NoReturn:
-        raise Error("bad_input", name, f"dermis.{name} has gone; use {_GONE[name]}")
+        raise InputError("bad_input", name, f"dermis.{name} has gone; use {_GONE[name]}")
 
     return gone
 
@@ -59,8 +62,8 @@ __all__ = [
     "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
     "Fit", "Grid", "Impulse", "InputError", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation",
     "Report", "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model",
-    "chain_of", "commit", "contact", "explain", "fingertip", "fit", "fit_creep", "fit_histories", "fit_relaxation",
-    "mujoco_plugin", "plot", "relaxation_of", "run", "sweep",
+    "chain_of", "commit", "contact", "fingertip", "fit", "fit_creep", "fit_histories", "fit_relaxation",
+    "mujoco_plugin", "plan", "plot", "relaxation_of", "run", "sweep",
 ]
 
 
@@ -290,9 +293,9 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
 
 
 @answered
-def explain(scene: AnyScene, device: Device | str | None = None, *, precision: Precision | None = None) -> Explanation:
+def plan(scene: AnyScene, device: Device | str | None = None, *, precision: Precision | None = None) -> Explanation:
     """Say how run() would compute a scene, like a database's EXPLAIN. Nothing is run."""
-    return _core.explain(_scene_of(scene), device, precision)
+    return _core.plan(_scene_of(scene), device, precision)
 
 
 @answered
