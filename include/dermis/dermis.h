@@ -201,7 +201,7 @@ typedef int32_t dermis_hold;
 enum { DERMIS_LINEAR = 0, DERMIS_PARABOLIC = 1 };
 
 // What a skin is pressed by: the pressure of each cell, Pa, or its depth, m. Its strain is then depth/thickness, and 0
-// where a depth would pull, whatever the depths of its neighbours. own_materials and dermis_skin_set_material are
+// where a depth would pull, whatever the depths of its neighbours. materials and dermis_skin_set_material are
 // refused then.
 typedef int32_t dermis_control;
 enum { DERMIS_PRESSURE = 0, DERMIS_DEPTH = 1 };
@@ -211,12 +211,12 @@ typedef struct dermis_skin_options {
     int32_t count;              // pads that are pressed together, 1..1048576; count*width*height at most 2147483647
     uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Ignored if the scene has sites
     dermis_precision precision; // one of the three above
-    int32_t own_materials;      // 1: a material for each pad, at first the scene's, without maps; 0: one for all
+    int32_t materials;          // 1: a material for each pad, at first the scene's, without maps; 0: one for all
     dermis_hold hold;           // one of the two above; a size of 24 has no such member: the pressure runs linearly
     dermis_control control;     // one of the two above; a size of 24 has no such member: a pressure
-    int32_t shear;              // 1: presses take tractions too, by dermis_skin_press_shear or a touch; 0: they do not.
-                                // A size of 24 or 32 has no such member: 0. 1 is refused with sites, maps of the
-                                // material, DERMIS_DEPTH and published edges
+    int32_t shear;       // 1: presses take tractions too, by dermis_skin_press_tractions or a touch; 0: they do not.
+                         // A size of 24 or 32 has no such member: 0. 1 is refused with sites, maps of the
+                         // material, DERMIS_DEPTH and published edges
     int32_t sa2_stretch; // 1: sa2 answers to the stretch of the surface in place of the strain; needs shear; or 0
     double stretch_direction[2]; // of sa2_stretch, x and y; {0, 0}: all round
 } dermis_skin_options;
@@ -243,8 +243,8 @@ DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* press
                                            size_t steps, const dermis_pads* pads);
 // The same for a skin with shear, with one step for all pads. traction: Pa, as many numbers along x as there are
 // pressures, and in their order, then as many along y.
-DERMIS_API dermis_status dermis_skin_press_shear(dermis_skin* skin, const float* pressure, const float* traction,
-                                                 size_t cells, double dt, const dermis_pads* pads);
+DERMIS_API dermis_status dermis_skin_press_tractions(dermis_skin* skin, const float* pressure, const float* traction,
+                                                     size_t cells, double dt, const dermis_pads* pads);
 // The same as `count` presses of dt seconds each, to the bit; the responses of the last frame alone are computed.
 // frames: one after another, each of `cells` numbers as above. count: >= 1. All frames are checked before one is
 // pressed. Frames of no pad do what one does.
@@ -292,7 +292,7 @@ DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, 
 
 // Gives pads the moduli and viscosities of a scene's material from the next press on. The scene must have the same
 // number of elements, springs and dashpots as the skin, and no maps of them; everything else in it is ignored. Strains
-// are kept. A list of pads is allowed only with own_materials. A skin with maps of the material refuses this call: make
+// are kept. A list of pads is allowed only with materials. A skin with maps of the material refuses this call: make
 // a new skin, and give it the state by dermis_skin_load.
 DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene,
                                                   const dermis_pads* pads);
@@ -365,7 +365,7 @@ typedef struct dermis_pose {
 DERMIS_API dermis_status dermis_pose_from_quaternion(const double* position, const double* quaternion,
                                                      dermis_pose* pose);
 // Moves a pose from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
-DERMIS_API dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad);
+DERMIS_API dermis_status dermis_pose_from_middle(dermis_pose* pose, const dermis_contact_pad* pad);
 
 // A contact in the world. Of a force at an angle to the surface only the component against its normal presses.
 typedef struct dermis_world_contact {
@@ -376,7 +376,7 @@ typedef struct dermis_world_contact {
 } dermis_world_contact;
 // Projects each contact onto the pad's surface and adds it, if it is at most reach metres from the surface, on either
 // side. reach: m, >= 0, below the pad's radii. contacts: count of them, or NULL if count is 0.
-DERMIS_API dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
+DERMIS_API dermis_status dermis_add_contacts_world(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
                                                    const dermis_world_contact* contacts, size_t count,
                                                    dermis_contact_report* report);
 
@@ -464,6 +464,24 @@ DERMIS_API dermis_status dermis_touch_get_pressure(const dermis_touch* touch, co
 // touch has as many pads, of as many cells, and of the same spacing if the scene gives one in metres.
 DERMIS_API dermis_status dermis_skin_press_touch(dermis_skin* skin, const dermis_touch* touch, double dt);
 DERMIS_API void dermis_touch_destroy(dermis_touch* touch); // NULL: nothing happens
+
+// Old names, until 1.0: a compiler warns of them and names the new ones.
+#define DERMIS_OLD(name) __attribute__((deprecated("use " name))) static inline dermis_status
+DERMIS_OLD("dermis_pose_from_middle")
+dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
+    return dermis_pose_from_middle(pose, pad);
+}
+DERMIS_OLD("dermis_add_contacts_world")
+dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
+                          const dermis_world_contact* contacts, size_t count, dermis_contact_report* report) {
+    return dermis_add_contacts_world(pad, pose, reach, contacts, count, report);
+}
+DERMIS_OLD("dermis_skin_press_tractions")
+dermis_skin_press_shear(dermis_skin* skin, const float* pressure, const float* traction, size_t cells, double dt,
+                        const dermis_pads* pads) {
+    return dermis_skin_press_tractions(skin, pressure, traction, cells, dt, pads);
+}
+#undef DERMIS_OLD
 
 #ifdef __cplusplus
 }

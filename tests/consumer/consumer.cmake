@@ -192,6 +192,15 @@ elseif(claim STREQUAL "cxx17")
     separate_arguments(flags UNIX_COMMAND "${c_flags}")
     file(WRITE ${work}/c99.c "#include <dermis/dermis.h>\n")
     run(${cc} ${flags} -std=c99 ${strict} -I${prefix}/include -fsyntax-only ${work}/c99.c)
+    file(WRITE ${work}/old.c "#include <dermis/dermis.h>\nvoid* all[] = {(void*)dermis_pose_move_from_middle,\n"
+        "(void*)dermis_add_world_contacts, (void*)dermis_skin_press_shear};\n")
+    execute_process(COMMAND ${cc} ${flags} -std=c99 -I${prefix}/include -fsyntax-only ${work}/old.c
+        ERROR_VARIABLE said COMMAND_ERROR_IS_FATAL ANY)
+    foreach(name pose_from_middle add_contacts_world skin_press_tractions)
+        if(NOT said MATCHES "use dermis_${name}[^a-z_]")
+            message(FATAL_ERROR "no warning says ${name}:\n${said}")
+        endif()
+    endforeach()
 
 # A shared library shows what the headers declare, for C what stands in the list of its ABI, a static one has no name of Vulkan's or volk's.
 elseif(claim STREQUAL "symbols")

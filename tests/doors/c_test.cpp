@@ -189,7 +189,7 @@ TEST_CASE("a batch in C has the bits of one in C++: some pads, a step for each, 
     dermis_skin_options options{};
     options.size = sizeof options;
     options.count = 3;
-    options.own_materials = 1;
+    options.materials = 1;
     Skin skin(Device::cpu(1), scene, {.count = 3, .materials = std::vector<Material>(3, scene.material)});
     const auto in_c =
         made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, c_scene().get(), &options, s); });

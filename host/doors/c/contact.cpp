@@ -116,11 +116,11 @@ dermis_status dermis_pose_from_quaternion(const double* position, const double* 
     });
 }
 
-dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
+dermis_status dermis_pose_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
     return guarded([&] { fill(pose, pose_of(pose).from_middle(checked_pad(pad))); });
 }
 
-dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
+dermis_status dermis_add_contacts_world(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
                                         const dermis_world_contact* contacts, size_t count,
                                         dermis_contact_report* report) {
     return guarded([&] {

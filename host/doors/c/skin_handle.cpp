@@ -24,9 +24,9 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
     if (given->count < 1 || given->count > 1048576) // before a material is made for each
         refuse("options->count", std::to_string(given->count), "1..1048576 pads");
     options.count = given->count;
-    if (flag(given->own_materials, "options->own_materials")) {
+    if (flag(given->materials, "options->materials")) {
         if (!dermis::scene::is_uniform(material))
-            refuse("options->own_materials", "1", "0, where the scene's material is one of maps");
+            refuse("options->materials", "1", "0, where the scene's material is one of maps");
         options.materials.assign(size_t(options.count), material);
     }
     uint32_t unknown = given->responses;
@@ -92,8 +92,8 @@ dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t
     });
 }
 
-dermis_status dermis_skin_press_shear(dermis_skin* skin, const float* pressure, const float* traction, size_t cells,
-                                      double dt, const dermis_pads* pads) {
+dermis_status dermis_skin_press_tractions(dermis_skin* skin, const float* pressure, const float* traction, size_t cells,
+                                          double dt, const dermis_pads* pads) {
     return guarded([&] {
         need_pointer(skin, "skin");
         if (cells > 0) need_pointer(pressure, "pressure");

@@ -118,7 +118,7 @@ void make_body(contact::Body* self, string_view kind, const Numbers& size, const
 }
 
 // Fills an array of the pad's shape.
-nb::object depths_of(const PadOnArray& pad, const Pose& pose, const contact::Body& body) {
+nb::object fill_depths(const PadOnArray& pad, const Pose& pose, const contact::Body& body) {
     const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
     auto* depth = new float[height * width];
     const nb::capsule owner(depth, [](void* p) noexcept { delete[] static_cast<float*>(p); });
@@ -188,6 +188,8 @@ void bind_pad(nb::module_& m) {
         .def(
             "__init__", make_pad, nb::arg("pressure"), nb::arg("spacing"), nb::arg("tiled") = false,
             nb::arg("radius_x") = 0.0, nb::arg("radius_y") = 0.0,
+            nb::sig("def __init__(self, pressure: dermis._typing.AnyArray, spacing: float, tiled: bool = False, "
+                    "radius_x: float = 0.0, radius_y: float = 0.0) -> None"),
             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
             "tiled: whether pads side by side share patches; what lies beyond the border is then the neighbours' own.\n"
             "radius_x, radius_y: m, of the surface along x and y at the pad's middle; 0: straight in that direction.");
@@ -251,18 +253,28 @@ void bind_contact(nb::module_& m) {
         .def("__init__", make_body, nb::arg("kind"), nb::arg("size") = nb::make_tuple(),
              nb::arg("position") = nb::make_tuple(0.0, 0.0, 0.0),
              nb::arg("rotation") = nb::make_tuple(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+             nb::sig("def __init__(self, kind: dermis._typing.BodyKind, "
+                     "size: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = (), "
+                     "position: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = (0, 0, 0), "
+                     "rotation: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = "
+                     "(1, 0, 0, 0, 1, 0, 0, 0, 1)) -> None"),
              "kind: \"sphere\", \"capsule\", along z, \"box\" or \"plane\", which is all below z = 0 of its frame.\n"
              "size: m: the radius; radius and half the length; half the length along x, y and z; none.\n"
              "position: m, its middle; of a plane any point of it. rotation: its axes as columns, as of a Pose.");
-    m.def("depths_of", depths_of, nb::arg("pad"), nb::arg("pose"), nb::arg("body"),
+    m.def("fill_depths", fill_depths, nb::arg("pad"), nb::arg("pose"), nb::arg("body"),
+          nb::sig("def fill_depths(pad: Pad, pose: Pose, body: Body) -> numpy.typing.NDArray[numpy.float32]"),
           "Return how deep a body reaches below each cell, along the surface's normal: float32 of the pad's shape, m.\n"
           "A gap is negative, and -1e6 where no part of the body is above or below the cell.");
     m.def("add_depths", add_depths_of, nb::arg("pad"), nb::arg("depth").none(), nb::arg("force"),
           nb::arg("stiffness") = 0.0,
+          nb::sig("def add_depths(pad: Pad, depth: dermis._typing.AnyArray, force: float, stiffness: float = 0.0) -> "
+                  "ContactReport"),
           "Add a force where depth > 0, in proportion to it. depth: float32 of the pad's shape, m.\n"
           "force: N; stiffness: Pa per m, with which a level is sought that makes the sum the force.");
     m.def("add_taxels", add_taxels_of, nb::arg("pad"), nb::arg("values").none(), nb::kw_only(), nb::arg("width"),
           nb::arg("height"), nb::arg("x") = 0.0, nb::arg("y") = 0.0, nb::arg("unit") = "newton",
+          nb::sig("def add_taxels(pad: Pad, values: dermis._typing.AnyArray, *, width: float, height: float, "
+                  "x: float = 0.0, y: float = 0.0, unit: dermis._typing.TaxelUnit = \"newton\") -> ContactReport"),
           "Add each reading of a sensor array to the cells below it, by the area that they share; forces are kept.\n"
           "values: float32 of shape (rows, columns), columns along x, >= 0, of a unit \"newton\" or \"pascal\"; "
           "readings\n"

@@ -65,8 +65,8 @@ DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation
 DERMIS_MEMBERS(contact::Contact, x, y, force, radius, area)
 DERMIS_MEMBERS(contact::WorldContact, position, force, radius, area, direction)
 DERMIS_MEMBERS(contact::Pose, position, rotation)
-DERMIS_MEMBERS(contact::ContactReport, asked, placed, outside, sideways, shear, greatest, cells, below_cell, beside, too_far,
-               turned_away, level)
+DERMIS_MEMBERS(contact::ContactReport, asked, placed, outside, sideways, shear, greatest, cells, below_cell, beside,
+               too_far, turned_away, level)
 #undef DERMIS_MEMBERS
 
 enum class Way { write, read };

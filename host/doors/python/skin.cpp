@@ -6,11 +6,40 @@
 #include "host/lab/scenes/scene_names.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <climits>
 #include <cstddef>
 
 namespace dermis::python {
 namespace {
+
+// Warns once of a strain beyond 1, which skin does not have. It looks after 1, 2, 4, 8 .. presses, so that in the long
+// run this takes no time.
+void warn_of_strain(SkinWithShapes& s) {
+    if (s.warned || !std::has_single_bit(++s.presses)) return;
+    Figure strain;
+    int pad = 0;
+    try {
+        const Computing computing(s.in_use.get());
+        while (pad < s.skin->count() && !strain.outside()) strain = s.skin->report(pad++).strain;
+    } catch (const Error& e) {
+        if (e.code() != Error::Code::no_memory) throw;
+        return; // it has pressed, and looks another time
+    }
+    if (!strain.outside()) return;
+    s.warned = true;
+    const std::string words = "pad " + std::to_string(pad - 1) + " has a strain of " + dermis::shortest(strain.value) +
+                              ", indentation over thickness; skin: 0..1. Are pressures and moduli in Pa?";
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, words.c_str(), 1) != 0) nb::raise_python_error();
+}
+
+template <auto press> struct Looking;
+template <class... Given, void (*press)(SkinWithShapes&, Given...)> struct Looking<press> {
+    static void call(SkinWithShapes& s, Given... given) {
+        press(s, given...);
+        warn_of_strain(s);
+    }
+};
 
 void press_touch(SkinWithShapes& s, const SharedTouch& shared, nb::handle dt, nb::handle pads, nb::handle out) {
     double step = 0;
@@ -284,8 +313,9 @@ void bind_skin(nb::module_& m) {
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
              nb::arg("control"), nb::arg("afferents").none(), nb::arg("shear"), nb::arg("sa2_stretch").none())
         .def(
-            "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
-            nb::arg("out").none() = nb::none(), nb::arg("traction").none() = nb::none(),
+            "press", Looking<press>::call, nb::arg("pressure").none(), nb::arg("dt"),
+            nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
+            nb::arg("traction").none() = nb::none(),
             nb::sig("def press(self, pressure: dermis._typing.AnyArray | Touch, dt: dermis._typing.Numbers, "
                     "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None, "
                     "traction: dermis._typing.AnyArray | None = None) -> None"),
@@ -307,15 +337,19 @@ void bind_skin(nb::module_& m) {
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.\n"
             "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
             "steps of nerve fibres. The skin then has the state after the last whole frame, and spikes up to it; no\n"
-            "handler may press, change or save a skin in its press.")
-        .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
+            "handler may press, change or save a skin in its press.\n"
+            "A strain beyond 1, which skin does not have, is a RuntimeWarning, once: it is looked for after 1, 2, 4, 8 "
+            "..\n"
+            "presses.")
+        .def("press_frames", Looking<press_frames>::call, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
              nb::sig("def press_frames(self, pressure: dermis._typing.AnyArray, dt: float, "
                      "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None) -> None"),
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
              "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
              "All frames are checked before one is pressed. pads and out: as in press.")
-        .def("press_cells", press_cells, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
+        .def("press_cells", Looking<press_cells>::call, nb::arg("pressure").none(), nb::arg("dt"),
+             nb::arg("pads").none() = nb::none(),
              nb::sig("def press_cells(self, pressure: dermis._typing.AnyArray, dt: float, "
                      "pads: dermis._typing.Pads | None = None) -> None"),
              "Press the skin with the pressures of cells alone, float32, for each pad that is pressed.\n\n"

@@ -15,6 +15,8 @@ struct SkinWithShapes {
     Scene scene;
     SkinOptions options;
     std::optional<Skin> skin; // never empty before the destructor, which uses a Vulkan device too
+    unsigned presses = 0;     // calls that pressed
+    bool warned = false;      // of a strain beyond 1
 
     ~SkinWithShapes() {
         const Computing computing(in_use.get());

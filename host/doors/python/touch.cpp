@@ -121,7 +121,7 @@ contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::
                              .ball_step = balls.step});
 }
 
-void make_touch(SharedTouch* self, int width, int height, double spacing, int n, double reach, double radius_x,
+void make_touch(SharedTouch* self, int width, int height, double spacing, int count, double reach, double radius_x,
                 double radius_y, bool tiled, bool shear) {
     const Pad shape{.width = width,
                     .height = height,
@@ -129,7 +129,7 @@ void make_touch(SharedTouch* self, int width, int height, double spacing, int n,
                     .tiled = tiled,
                     .radius_x = radius_x,
                     .radius_y = radius_y};
-    new (self) SharedTouch{.touch = Touch(shape, n, reach, shear)};
+    new (self) SharedTouch{.touch = Touch(shape, count, reach, shear)};
 }
 
 std::vector<size_t> shape_of_touch(const Touch& t) {
@@ -140,25 +140,24 @@ std::vector<size_t> shape_of_touch(const Touch& t) {
 
 void bind_touch(nb::module_& m) {
     nb::class_<SharedTouch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
-        .def("__init__", make_touch, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("n"),
+        .def("__init__", make_touch, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("count"),
              nb::arg("reach"), nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"))
-        .def(
-            "add", add_to_touch, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
-            nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
-            nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0,
-            nb::sig("def add(self, middle: dermis._typing.AnyArray, rotation: dermis._typing.AnyArray, "
-                    "pad: dermis._typing.AnyArray, position: dermis._typing.AnyArray, force: dermis._typing.AnyArray, "
-                    "radius: float | dermis._typing.AnyArray | None = None, "
-                    "ball: float | dermis._typing.AnyArray | None = None, modulus: float = 0.0) -> ContactReport"),
-            "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
-            "Arrays are float64 and read in place; columns of a table are fine.\n"
-            "middle: m, the middle of each pad in the world, of shape (n, 3). rotation: its axes as columns, of shape\n"
-            "(n, 3, 3) or (n, 9), as MuJoCo's site_xmat.\n"
-            "pad: the number of the pad that each contact presses, integers. position: m, in the world, (contacts, "
-            "3).\n"
-            "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact.\n"
-            "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
-            "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.")
+        .def("add", add_to_touch, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
+             nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
+             nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0,
+             nb::sig("def add(self, middle: dermis._typing.AnyArray, rotation: dermis._typing.AnyArray, "
+                     "pad: dermis._typing.AnyArray, position: dermis._typing.AnyArray, force: dermis._typing.AnyArray, "
+                     "radius: float | dermis._typing.AnyArray | None = None, "
+                     "ball: float | dermis._typing.AnyArray | None = None, modulus: float = 0.0) -> ContactReport"),
+             "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
+             "Arrays are float64 and read in place; columns of a table are fine.\n"
+             "middle: m, the middle of each pad in the world, of shape (count, 3). rotation: its axes as columns, of\n"
+             "shape (count, 3, 3) or (count, 9), as MuJoCo's site_xmat.\n"
+             "pad: the number of the pad that each contact presses, integers. position: m, in the world, (contacts, "
+             "3).\n"
+             "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact.\n"
+             "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
+             "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.")
         .def(
             "report",
             [](const SharedTouch& t, int pad) {
@@ -172,7 +171,7 @@ void bind_touch(nb::module_& m) {
                 const Touch& t = nb::cast<const SharedTouch&>(self).touch;
                 return view(t.pressure(), shape_of_touch(t), self);
             },
-            "Pa: float32 of shape (n, height, width), always the same memory.")
+            "Pa: float32 of shape (count, height, width), always the same memory.")
         .def_prop_ro(
             "traction",
             [](nb::handle_t<SharedTouch> self) {
@@ -181,7 +180,7 @@ void bind_touch(nb::module_& m) {
                 shape.insert(shape.begin(), t.traction() ? 2 : 0);
                 return view(t.traction(), shape, self);
             },
-            "Pa: along x and y, float32 of shape (2, n, height, width); of shape (0, ..) without shear.")
+            "Pa: along x and y, float32 of shape (2, count, height, width); of shape (0, ..) without shear.")
         .def_prop_ro(
             "count", [](const SharedTouch& t) { return t.touch.count(); }, "Pads.")
         .def("__repr__", [](const SharedTouch& shared) {

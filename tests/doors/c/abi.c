@@ -52,11 +52,11 @@ int main(void) {
     OFFSET(dermis_report, retardation_times);
     OFFSET(dermis_report, retardation_time_count);
     OFFSET(dermis_report, sign_changed);
-    FIRST_SIZE(dermis_skin_options, own_materials);
+    FIRST_SIZE(dermis_skin_options, materials);
     OFFSET(dermis_skin_options, count);
     OFFSET(dermis_skin_options, responses);
     OFFSET(dermis_skin_options, precision);
-    OFFSET(dermis_skin_options, own_materials);
+    OFFSET(dermis_skin_options, materials);
     SIZE(dermis_pads);
     OFFSET(dermis_pads, numbers);
     OFFSET(dermis_pads, count);

@@ -89,14 +89,14 @@ static void round_pads(void) {
                                        .radius = 1e-3,
                                        .direction = {-0.8660254037844386, 0, -0.5}};
     on.radius_x = on.radius_y = 8e-3;
-    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK);
+    CHECK(dermis_add_contacts_world(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK);
     CHECK(near(report.placed, 1) && report.plausible == 1);
-    REFUSED(dermis_add_world_contacts(&on, &pose, 8e-3, &side, 1, &report), "reach = 0.008; allowed: below the pad's");
+    REFUSED(dermis_add_contacts_world(&on, &pose, 8e-3, &side, 1, &report), "reach = 0.008; allowed: below the pad's");
     on.radius_y = 1e-3;
-    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report),
+    REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, &side, 1, &report),
             "pad.radius_y = 0.001; allowed: 0, or 0.003");
     on.size = offsetof(dermis_contact_pad, radius_x);
-    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK && report.too_far == 1);
+    CHECK(dermis_add_contacts_world(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK && report.too_far == 1);
     on.size = sizeof on;
     CHECK(near(report.outside, 1));
 }
@@ -192,8 +192,8 @@ static void shear(void) {
     options.sa2_stretch = 1;
     CHECK(dermis_skin_create(NULL, scene, &options, &by_maps) == DERMIS_OK);
     CHECK(dermis_skin_press_touch(by_touch, touch, 0.1) == DERMIS_OK);
-    CHECK(dermis_skin_press_shear(by_maps, pressure, traction, numbers, 0.1, NULL) == DERMIS_OK);
-    REFUSED(dermis_skin_press_shear(by_maps, pressure, NULL, numbers, 0.1, NULL), "traction = (null)");
+    CHECK(dermis_skin_press_tractions(by_maps, pressure, traction, numbers, 0.1, NULL) == DERMIS_OK);
+    REFUSED(dermis_skin_press_tractions(by_maps, pressure, NULL, numbers, 0.1, NULL), "traction = (null)");
     CHECK(dermis_skin_get_response(by_touch, DERMIS_SHEAR_X, &a, &count) == DERMIS_OK);
     CHECK(dermis_skin_get_response(by_maps, DERMIS_SHEAR_X, &b, &count) == DERMIS_OK);
     CHECK(count == 48 && memcmp(a, b, count * sizeof *a) == 0 && a[2 * 8 + 4] > 0);
@@ -227,36 +227,36 @@ static void contacts_of_the_world(void) {
     dermis_pose pose, wrong;
     CHECK(dermis_pose_from_quaternion(middle, turn, &pose) == DERMIS_OK && pose.position[2] == 3);
     CHECK(near(pose.rotation[1], -1) && near(pose.rotation[3], 1) && fabs(pose.rotation[0]) < 1e-12);
-    CHECK(dermis_pose_move_from_middle(&pose, &on) == DERMIS_OK);
+    CHECK(dermis_pose_from_middle(&pose, &on) == DERMIS_OK);
     CHECK(fabs(pose.position[0] - (1 + 1.5e-3)) < 1e-12 && fabs(pose.position[1] - (2 - 2e-3)) < 1e-12);
-    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, some, 4, &report) == DERMIS_OK);
+    CHECK(dermis_add_contacts_world(&on, &pose, 1e-3, some, 4, &report) == DERMIS_OK);
     CHECK(near(report.asked, 0.07) && report.too_far == 1 && report.turned_away == 1 && report.sideways == 0);
     CHECK(near(report.asked, report.placed + report.outside + report.sideways));
     CHECK(dermis_add_contacts(&alone, &same, 1, &report) == DERMIS_OK && report.sideways == 0);
     for (int i = 0; i < CELLS; ++i) CHECK(fabs(pressure[i] - local[i]) <= 1e-3 * fabs(local[i]));
     some[0].direction[0] = 2; /* 45 degrees */
-    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, some, 1, &report) == DERMIS_OK);
+    CHECK(dermis_add_contacts_world(&on, &pose, 1e-3, some, 1, &report) == DERMIS_OK);
     CHECK(near(report.sideways, 0.01 * (1 - sqrt(0.5))));
 
     memcpy(local, pressure, sizeof local);
     wrong = pose;
     wrong.rotation[0] = 2;
-    REFUSED(dermis_add_world_contacts(&on, &wrong, 1e-3, some, 1, &report),
+    REFUSED(dermis_add_contacts_world(&on, &wrong, 1e-3, some, 1, &report),
             "pose.rotation = 2; allowed: -1.001..1.001");
-    REFUSED(dermis_add_world_contacts(&on, NULL, 1e-3, some, 1, &report), "pose = (null)");
-    REFUSED(dermis_add_world_contacts(&on, &pose, -1, some, 1, &report), "reach = -1; allowed: a finite number >= 0");
-    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, NULL, 1, &report), "contacts = (null)");
-    REFUSED(dermis_add_world_contacts(NULL, &pose, 1e-3, some, 1, &report), "pad = (null)");
-    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, some, 1, NULL), "report = (null)");
+    REFUSED(dermis_add_contacts_world(&on, NULL, 1e-3, some, 1, &report), "pose = (null)");
+    REFUSED(dermis_add_contacts_world(&on, &pose, -1, some, 1, &report), "reach = -1; allowed: a finite number >= 0");
+    REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, NULL, 1, &report), "contacts = (null)");
+    REFUSED(dermis_add_contacts_world(NULL, &pose, 1e-3, some, 1, &report), "pad = (null)");
+    REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, some, 1, NULL), "report = (null)");
     some[0].position[1] = NAN;
-    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, some, 1, &report), "contacts[0].position = nan");
+    REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, some, 1, &report), "contacts[0].position = nan");
     CHECK(memcmp(local, pressure, sizeof local) == 0);
     REFUSED(dermis_pose_from_quaternion(middle, no_turn, &pose), "|quaternion|^2 = 0; allowed: a finite number > 0");
     REFUSED(dermis_pose_from_quaternion(NULL, turn, &pose), "position = (null)");
     REFUSED(dermis_pose_from_quaternion(middle, NULL, &pose), "quaternion = (null)");
     REFUSED(dermis_pose_from_quaternion(middle, turn, NULL), "pose = (null)");
-    REFUSED(dermis_pose_move_from_middle(NULL, &on), "pose = (null)");
-    REFUSED(dermis_pose_move_from_middle(&pose, NULL), "pad = (null)");
+    REFUSED(dermis_pose_from_middle(NULL, &on), "pose = (null)");
+    REFUSED(dermis_pose_from_middle(&pose, NULL), "pad = (null)");
 }
 
 /* A ball above the middle of a pad is as deep there as it was put, and a body that is none is refused. */
@@ -267,7 +267,7 @@ static void bodies(void) {
     dermis_body ball = {.size = sizeof ball, .kind = DERMIS_SPHERE, .extent = {5e-3}, .pose = pose};
     ball.pose.position[2] = 4.9e-3;
     ball.pose.position[0] = 0.5e-3;
-    CHECK(dermis_pose_move_from_middle(&pose, &on) == DERMIS_OK);
+    CHECK(dermis_pose_from_middle(&pose, &on) == DERMIS_OK);
     CHECK(dermis_fill_depths(&on, &pose, &ball, depth, 0) == DERMIS_OK && fabs(depth[1 * 4 + 2] - 1e-4) < 1e-9);
     ball.kind = DERMIS_BOX;
     REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body.size[1] = 0; allowed: above 0");
@@ -331,8 +331,8 @@ static void fill(float* pressure, dermis_pose* pose) {
     ball.pose = flat;
     ball.pose.position[0] = 2e-3, ball.pose.position[1] = 1.5e-3, ball.pose.position[2] = 6.3e-3;
     CHECK(dermis_pose_from_quaternion(position, quaternion, pose) == DERMIS_OK);
-    CHECK(dermis_pose_move_from_middle(pose, &on) == DERMIS_OK &&
-          dermis_pose_move_from_middle(&flat, &on) == DERMIS_OK);
+    CHECK(dermis_pose_from_middle(pose, &on) == DERMIS_OK &&
+          dermis_pose_from_middle(&flat, &on) == DERMIS_OK);
     CHECK(dermis_add_contacts(&on, &one, 1, &report) == DERMIS_OK);
     CHECK(dermis_fill_depths(&on, &flat, &ball, depth, 4) == DERMIS_OK);
     CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK);

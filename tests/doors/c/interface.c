@@ -320,9 +320,9 @@ static void options(void) {
     CHECK(dermis_scene_set(scene, "grid.width", "1024") == DERMIS_OK);
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "count = 1048576; allowed: count*width*height up to");
     o.count = 1;
-    o.own_materials = 2;
-    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->own_materials = 2; allowed: 0, 1");
-    o.own_materials = 0;
+    o.materials = 2;
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->materials = 2; allowed: 0, 1");
+    o.materials = 0;
     o.hold = 2;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->hold = 2; allowed: DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
     o.hold = DERMIS_LINEAR;
@@ -379,7 +379,7 @@ static void spikes(void) {
 static dermis_skin* batch(void) {
     dermis_scene* scene = scene_of(pad);
     dermis_skin* skin = NULL;
-    const dermis_skin_options o = {.size = sizeof o, .count = 3, .own_materials = 1};
+    const dermis_skin_options o = {.size = sizeof o, .count = 3, .materials = 1};
     CHECK(dermis_skin_create(on, scene, &o, &skin) == DERMIS_OK);
     dermis_scene_destroy(scene);
     return skin;
@@ -458,7 +458,7 @@ static void batches(int device) {
     dermis_skin_destroy(skin);
 }
 
-static void own_materials(void) {
+static void materials_of_pads(void) {
     dermis_skin *skin = batch(), *shared = NULL;
     dermis_scene* scene = scene_of(pad);
     const int32_t second = 1;
@@ -479,9 +479,9 @@ static void own_materials(void) {
     CHECK(dermis_scene_set_map(scene, "material.modulus", moduli, CELLS) == DERMIS_OK);
     REFUSED(dermis_skin_set_material(skin, scene, &one), "material = (a map); allowed: numbers");
     dermis_skin_destroy(shared);
-    o.own_materials = 1;
-    REFUSED(dermis_skin_create(on, scene, &o, &shared), "options->own_materials = 1; allowed: 0, where the scene's");
-    o.own_materials = 0;
+    o.materials = 1;
+    REFUSED(dermis_skin_create(on, scene, &o, &shared), "options->materials = 1; allowed: 0, where the scene's");
+    o.materials = 0;
     CHECK(dermis_skin_create(on, scene, &o, &shared) == DERMIS_OK);
     REFUSED(dermis_skin_set_material(shared, scene, NULL), "the skin has a material of maps");
     dermis_skin_destroy(shared);
@@ -505,7 +505,7 @@ int main(void) {
         spikes();
         spikes_of_a_run();
         batches(device);
-        own_materials();
+        materials_of_pads();
     }
     dermis_device_close(on);
     puts("passed");

@@ -189,7 +189,7 @@ def everything_of_contacts(taxels=np.full((3, 4), 0.01, np.float32)):  # which N
         bits += [report.placed, report.outside, report.greatest, report.doubts]
         world = contact.Pose().from_middle(on)
         bits.append(contact.add_contacts(on, world, 1e-3, [contact.WorldContact((1e-3, 2e-3, 0), 0.7, 1e-3)]).placed)
-        depth = contact.depths_of(on, world, body)
+        depth = contact.fill_depths(on, world, body)
         bits += [depth.tobytes(), contact.add_depths(on, depth, 0.5).placed, contact.add_depths(on, depth, 0.5, 1e8).level]
         bits += [pressure.tobytes()]
     pressure = np.zeros((60, 50), np.float32)

@@ -5,6 +5,7 @@ import warnings
 
 import dermis
 import pytest
+from dermis import contact
 
 GRID = {"grid": {"width": 9, "height": 8}}
 
@@ -37,3 +38,9 @@ def test_class_is_the_type_of_fibres_and_the_warning_names_type(tmp_path):
         with pytest.raises(FutureWarning):
             dermis.Scene(tables)
         dermis.Scene.from_string(new.to_toml())
+
+
+@pytest.mark.parametrize("old, new", [("Report", "ContactReport"), ("depths_of", "fill_depths")])
+def test_an_old_name_of_contacts_is_the_new_one_and_warns(old, new):
+    with pytest.warns(DeprecationWarning, match=f"contact.{old} is contact.{new}"):
+        assert getattr(contact, old) is getattr(contact, new)

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import threading
+import warnings
 
 import dermis
 import numpy as np
@@ -470,3 +471,21 @@ for thread in threads: thread.join()
 
 def test_a_scene_is_read_while_another_thread_changes_the_material():
     subprocess.run([sys.executable, "-c", CHANGED], check=True)
+
+
+def test_a_strain_beyond_1_is_a_warning_once():
+    scene = {"grid": {"width": 4, "height": 3, "spacing": 1e-3}, "surface": {"kind": "flat", "relief": 1e-4},
+             "material": {"modulus": 1e4, "viscosity": 10, "thickness": 1e-3, "curvature_length": 0}}
+    skin = dermis.Skin(scene, count=2, hold="linear")
+    pressure = np.zeros((2, 3, 4), np.float32)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pressure[:] = 9e3  # a strain of 0.9
+        for _ in range(64):
+            skin.press(pressure, 1e-2)
+    pressure[1, 2, 3] = 2e4  # a strain of 2
+    with pytest.warns(RuntimeWarning, match=r"pad 1 has a strain of (1\.[5-9]|2\b)") as caught:
+        for _ in range(64):
+            skin.press(pressure, 1e-2)
+        skin.press_frames(pressure[None], 1e-2)
+    assert len(caught) == 1

@@ -142,7 +142,7 @@ def test_a_ball_on_a_pad_has_hertz_radius_by_depths_of_its_shape():
     pressure = np.zeros((96, 96), np.float32)
     pad = contact.Pad(pressure, 1e-4)
     ball = contact.Body("sphere", [8e-3], position=(0, 0, 7.99e-3))
-    depth = contact.depths_of(pad, contact.Pose().from_middle(pad), ball)
+    depth = contact.fill_depths(pad, contact.Pose().from_middle(pad), ball)
     assert depth.shape == (96, 96) and depth.dtype == np.float32 and depth.max() == pytest.approx(1e-5, abs=4e-7)
     stiffness = contact.foundation_stiffness(0.5, 8e-3, 1e5)
     report = contact.add_depths(pad, depth, 0.5, stiffness)
@@ -153,9 +153,9 @@ def test_a_ball_on_a_pad_has_hertz_radius_by_depths_of_its_shape():
 @pytest.mark.parametrize("call, words", [
     (lambda p: contact.Body("ball", [1]), 'kind = "ball"; allowed: "sphere", "capsule", "box", "plane"'),
     (lambda p: contact.Body("box", [1, 2, 3, 4]), "size = 4 numbers; allowed: at most three numbers"),
-    (lambda p: contact.depths_of(p, contact.Pose(), contact.Body("capsule", [1])), "body.size[1] = 0; allowed: above 0"),
-    (lambda p: contact.depths_of(p, contact.Pose(), contact.Body("plane", [1])), "body.size[0] = 1; allowed: 0"),
-    (lambda p: contact.depths_of(p, contact.Pose(), "ball"), "body = 'ball'; allowed: a Body"),
+    (lambda p: contact.fill_depths(p, contact.Pose(), contact.Body("capsule", [1])), "body.size[1] = 0; allowed: above 0"),
+    (lambda p: contact.fill_depths(p, contact.Pose(), contact.Body("plane", [1])), "body.size[0] = 1; allowed: 0"),
+    (lambda p: contact.fill_depths(p, contact.Pose(), "ball"), "body = 'ball'; allowed: a Body"),
 ])
 def test_a_body_that_is_none_is_refused_by_name(call, words):
     with pytest.raises(dermis.Error) as refused:

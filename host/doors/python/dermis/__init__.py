@@ -305,7 +305,7 @@ def fingertip(**keys: Any) -> Scene:
 
 
 for _kind in (AfferentModel, Afferents, Candidate, Explanation, Impulse, KelvinVoigt, Relaxation, Report, Trace,
-              contact.Contact, contact.Pose, contact.Report, contact.WorldContact):
+              contact.Contact, contact.Pose, contact.ContactReport, contact.WorldContact):
     setattr(_kind, "__repr__", members_of)
 setattr(Result, "__repr__", summary_of)
 setattr(_core.Scene, "__repr__", Scene.__repr__)

@@ -18,6 +18,8 @@ Hold = Literal["linear", "parabolic"]
 Control = Literal["pressure", "depth"]
 Kind = Literal["creep", "relaxation"]
 Residual = Literal["relative", "absolute"]
+BodyKind = Literal["sphere", "capsule", "box", "plane"]
+TaxelUnit = Literal["newton", "pascal"]
 
 
 class SupportsDLPack(Protocol):

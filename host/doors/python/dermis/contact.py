@@ -16,14 +16,25 @@ less than half of it placed, more than a tenth outside, or more than 0.001 lost 
 """
 from __future__ import annotations
 
+import warnings
+from typing import Any
+
 from . import _core
 from ._answers import answered
-from ._core import (Body, Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, depths_of,
+from ._core import (Body, Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, fill_depths,
                     foundation_stiffness, hertz_radius)
-from ._core import ContactReport as Report
+from ._core import ContactReport
 
-__all__ = ["Body", "Contact", "Pad", "Pose", "Report", "Touch", "WorldContact", "add_contacts", "add_depths",
-           "add_taxels", "depths_of", "foundation_stiffness", "hertz_radius"]
+__all__ = ["Body", "Contact", "ContactReport", "Pad", "Pose", "Touch", "WorldContact", "add_contacts", "add_depths",
+           "add_taxels", "fill_depths", "foundation_stiffness", "hertz_radius"]
+_OLD = {"Report": "ContactReport", "depths_of": "fill_depths"}  # until 1.0
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _OLD:
+        raise AttributeError(f"module 'dermis.contact' has no attribute {name!r}")
+    warnings.warn(f"contact.{name} is contact.{_OLD[name]}", DeprecationWarning, stacklevel=2)
+    return globals()[_OLD[name]]
 
 
 def __dir__() -> list[str]:
