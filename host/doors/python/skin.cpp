@@ -6,17 +6,17 @@
 #include "host/lab/scenes/scene_names.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <climits>
 #include <cstddef>
 
 namespace dermis::python {
 namespace {
 
-// Warns once of a strain beyond 1, which skin does not have. It looks after 1, 2, 4, 8 .. presses, so that in the long
-// run this takes no time.
+// Warns once of a strain beyond 1, which skin does not have. It looks again after a quarter more presses, so that in
+// the long run this takes no time.
 void warn_of_strain(SkinWithShapes& s) {
-    if (s.warned || !std::has_single_bit(++s.presses)) return;
+    if (s.warned || ++s.presses < s.next_look) return;
+    s.next_look = s.presses + s.presses / 4 + 1;
     Figure strain;
     int pad = 0;
     try {
@@ -338,9 +338,9 @@ void bind_skin(nb::module_& m) {
             "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
             "steps of nerve fibres. The skin then has the state after the last whole frame, and spikes up to it; no\n"
             "handler may press, change or save a skin in its press.\n"
-            "A strain beyond 1, which skin does not have, is a RuntimeWarning, once: it is looked for after 1, 2, 4, 8 "
-            "..\n"
-            "presses.")
+            "A strain beyond 1, which skin does not have, is a RuntimeWarning, once. It is looked for ever more "
+            "rarely:\n"
+            "each time after a quarter more presses.")
         .def("press_frames", Looking<press_frames>::call, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
              nb::sig("def press_frames(self, pressure: dermis._typing.AnyArray, dt: float, "

@@ -15,7 +15,8 @@ struct SkinWithShapes {
     Scene scene;
     SkinOptions options;
     std::optional<Skin> skin; // never empty before the destructor, which uses a Vulkan device too
-    unsigned presses = 0;     // calls that pressed
+    size_t presses = 0;       // calls that pressed
+    size_t next_look = 0;     // the call after which strains are looked at
     bool warned = false;      // of a strain beyond 1
 
     ~SkinWithShapes() {
