@@ -5,12 +5,11 @@
 // batch of pads, whose rows may be short, to PRESS_CELLS.
 #define PITCH_CELLS 16
 // What an invocation computes, and the size of a workgroup. press: PRESS_CELLS cells, PRESS_X x PRESS_Y; for pads a
-// workgroup has as many whole pads, or whole rows of one, as fit. fields: one cell, FIELDS_X x 1. sites: one cell or one
-// receptor, SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
+// workgroup has as many whole pads, or whole rows of one, as fit. sites: one cell or one receptor,
+// SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 32
 #define PRESS_Y 4
-#define FIELDS_X 64
 #define SITES_X 64
 #define TILE_CELLS 64
 #define REDUCE_ROWS 16
@@ -35,7 +34,7 @@
 // The bit of a response in VARIANT_RESPONSES.
 #define RESPONSE_BIT(quantity) (1 << ((quantity)-1))
 
-// Specialization constants of press, sites and fields.
+// Specialization constants of press and sites.
 #define VARIANT_STENCIL 0
 #define VARIANT_EDGES 1
 #define VARIANT_COMPENSATED 2 // 1: the state carries the rounding errors of its sums
@@ -76,13 +75,6 @@
     (STATE_PREVIOUS(elements, compensated, strain, integral, rate) + (previous))
 // Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
-
-#define FIELDS_SURFACE 0
-#define FIELDS_REST_CURVATURE 1
-#define FIELDS_STRAIN 2
-#define FIELDS_CURVATURE 3
-#define FIELDS_DEFORMATION 4
-#define FIELDS_BINDINGS 5
 
 #define SITES_PRESSURE_FROM 0
 #define SITES_PRESSURE_TO 1

@@ -57,12 +57,8 @@ template <class K> class BandMarch : public model::March {
 
     std::vector<const void*> maps(const std::vector<Quantity>& what) override {
         settle();
-        const DefaultFloats guard;
         std::vector<const void*> maps;
-        for (Quantity q : what)
-            maps.push_back(q == Quantity::strain     ? cells_.strain()
-                           : q < Quantity::curvature ? response(size_t(q)).data()
-                                                     : derived(q));
+        for (Quantity q : what) maps.push_back(q == Quantity::strain ? cells_.strain() : response(size_t(q)).data());
         return maps;
     }
 
@@ -134,29 +130,6 @@ template <class K> class BandMarch : public model::March {
                       map.row(y, skin_.pitch) + box.last_column(skin_.width()), std::numeric_limits<real>::quiet_NaN());
     }
 
-    void derive(Quantity q, int y, real* out) const {
-        const typename K::Constants& c = constants_;
-        const real* eps = cells_.strain();
-        if (q == Quantity::deformation) {
-            std::vector<double> surface(size_t(c.width));
-            model::surface_row(skin_, y, surface.data());
-            for (int x = 0; x < c.width; ++x)
-                out[x] = K::flush(K::deformation_of(real(surface[size_t(x)]), eps[row(y) + size_t(x)], c.thickness));
-            return;
-        }
-        const auto rows = simd::neighbours<real>(y, c.width, c.height, skin_.stencil, skin_.edges,
-                                                 [&](int i) { return eps + row(i); });
-        isa_.of<K>().laplacian(rows, 0, c.width, out);
-        for (int x = 0; x < c.width; ++x) out[x] = K::flush(K::curvature_of(rest_[row(y) + size_t(x)], out[x], c.bend));
-    }
-
-    const real* derived(Quantity q) {
-        std::vector<real>& map = derived_[q == Quantity::curvature];
-        map.resize(skin_.padded_cells());
-        for (int y = 0; y < skin_.height(); ++y) derive(q, y, map.data() + row(y));
-        return map.data();
-    }
-
     static constexpr size_t frames_kept = model::steps_of_batch + 1;
     const model::MarchPlan plan_;
     const model::PreparedSkin& skin_;
@@ -167,7 +140,6 @@ template <class K> class BandMarch : public model::March {
     size_t to_ = 1;                                       // the frame given last; frames 0 and 1 are the skin at rest
     std::vector<real> rest_;                              // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
-    std::array<std::vector<real>, 2> derived_;      // deformation and curvature, where they are read
     std::array<Slot, model::steps_of_batch> slots_; // of steps that wait, in order
     std::vector<CellsPress<K>> batch_;
     size_t waiting_ = 0; // steps that wait to be taken in one batch

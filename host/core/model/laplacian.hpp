@@ -59,15 +59,6 @@ std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& ski
     return padded_rows<real>(skin, parameter, row, std::move(out));
 }
 
-// S of every cell, pitch*height, m.
-template <class real> std::vector<real> padded_surface(const PreparedSkin& skin) {
-    std::vector<double> S(size_t(skin.width()));
-    return padded_rows<real>(skin, "surface.relief", [&](int y) {
-        surface_row(skin, y, S.data());
-        return S.data();
-    });
-}
-
 // L(S) of every cell, pitch*height, 1/m.
 template <class real> std::vector<real> padded_rest_curvature(const PreparedSkin& skin) {
     std::vector<double> L(size_t(skin.width()));

@@ -125,7 +125,7 @@ struct MarchPlan {
     PressedBox pressed;
     const std::vector<double>& pressure; // Pa, width*height: the map that steps scale; unused if framed
     const std::vector<Cell>& points;
-    bool keeps_maps = false, derives = false; // maps() is asked for responses; for curvature and deformation
+    bool keeps_maps = false; // maps() is asked for responses
 };
 
 // One skin, stepped by a run.
@@ -140,8 +140,8 @@ class March {
     // Takes all steps that wait, and fills their samples. Returns the bits simd::strain_changed and
     // simd::integral_changed of the last step; all bits if they are not known.
     virtual int settle() = 0;
-    // Returns maps at the end of the last step, rows a pitch apart, of floats or, in f64, of doubles. They last until
-    // the next step or call.
+    // Returns the strain and responses at the end of the last step, maps whose rows are a pitch apart, of floats or, in
+    // f64, of doubles. They last until the next step or call.
     virtual std::vector<const void*> maps(const std::vector<Quantity>&) = 0;
     virtual long long dispatches() const { return 0; }
 };

@@ -26,13 +26,6 @@ inline real loaded(const real* from) { return *from; }
 inline void store(real* to, real x) { *to = x; }
 #include "host/core/simd/cell.inl"
 
-// The cells of one row, for the Laplacian along it.
-struct RowCells {
-    const real* row;
-    real strain_at(int x, int) { return row[x]; }
-#include "kernels/gather.h"
-};
-
 // The Laplacian of columns begin .. end - 1, where every cell reads at the same distances.
 template <int stencil> void laplacian_between(const RowNeighbours<real> l, int begin, int end, real* L) {
 #pragma GCC ivdep
@@ -42,7 +35,9 @@ template <int stencil> void laplacian_between(const RowNeighbours<real> l, int b
 
 // The second difference along a row at any of its columns.
 real difference_at(const RowNeighbours<real>& l, int x) {
-    return RowCells{l.here}.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges);
+    const real* row = l.here;
+    const Axis a = axis(x, l.width, l.stencil, l.edges);
+    return difference(row[a.far_low], row[a.low], row[x], row[a.high], row[a.far_high], a, l.stencil);
 }
 
 // The second difference along a row at column x. a: the axis of that column.

@@ -27,49 +27,6 @@ void check_fits(const model::PreparedSkin& skin, const Context& context, VkDevic
         refuse(all, "maxComputeWorkGroupCount[1]", limits.maxComputeWorkGroupCount[1]);
 }
 
-// The kernel `fields` over either state of a march.
-class FieldsKernel {
-  public:
-    FieldsKernel(Pipelines& pipelines, const model::PreparedSkin& skin, const model::Variant& variant,
-                 const MarchMemory& memory)
-        : windows_(
-              row_windows(pipelines.device(), skin,
-                          {.first = 0, .last = skin.height(), .planes = variant.state().planes(), .work = numbers})),
-          kernel_(pipelines, fields_module(),
-                  {.bindings = FIELDS_BINDINGS,
-                   .constants_bytes = sizeof(f32::Constants),
-                   .specialization = specialization(variant),
-                   .max_sets = 2 * uint32_t(windows_.size())}) {
-        size_t set = 0;
-        for (int state : {MarchMemory::state0, MarchMemory::state1})
-            for (const RowWindow& window : windows_) {
-                const auto map = [&](int name) { return window.of(memory.range(name), skin.pitch); };
-                const BufferRange strain = window.of(memory.range(state), skin.pitch, variant.state().planes());
-                kernel_.bind(set++, {{FIELDS_SURFACE, map(MarchMemory::surface)},
-                                     {FIELDS_REST_CURVATURE, map(MarchMemory::rest_curvature)},
-                                     {FIELDS_STRAIN, strain},
-                                     {FIELDS_CURVATURE, map(MarchMemory::curvature)},
-                                     {FIELDS_DEFORMATION, map(MarchMemory::deformation)}});
-            }
-    }
-
-    void record(Recording& recording, int state, f32::Constants c) const {
-        const VkCommandBuffer commands = recording.commands();
-        for (size_t i = 0; i < windows_.size(); ++i) {
-            recording.add(numbers * c.width * windows_[i].rows());
-            c.first_row = windows_[i].first;
-            c.base_row = windows_[i].base;
-            kernel_.record(commands, size_t(state) * windows_.size() + i, &c, groups(c.width, FIELDS_X),
-                           uint32_t(windows_[i].rows()));
-        }
-    }
-
-  private:
-    static constexpr double numbers = 2; // numbers written for each cell
-    std::vector<RowWindow> windows_;
-    Kernel kernel_;
-};
-
 // The regions that copy a map's first plane without gaps, from byte `at` on. In a state, the rows of other planes lie
 // between the rows of the first one.
 std::vector<VkBufferCopy> regions_of(const model::PreparedSkin& skin, int planes, VkDeviceSize at) {
@@ -91,7 +48,6 @@ class DeviceMarch : public model::March {
         // These throw where a value does not fit, so they come before any buffer.
         const bool framed = plan.variant.framed;
         const std::vector<float> rest = model::padded_rest_curvature<float>(skin_),
-                                 surface = model::padded_surface<float>(skin_),
                                  pressure = framed ? std::vector<float>()
                                                    : model::padded<float>(plan.pressure, skin_, "load.intensity");
         memory_.allocate(*context_);
@@ -100,7 +56,6 @@ class DeviceMarch : public model::March {
         results_.clear(*context_, recording_.commands());
         recording_.barrier();
         stage(rest, MarchMemory::rest_curvature);
-        if (plan.derives) stage(surface, MarchMemory::surface);
         if (!framed) stage(pressure, MarchMemory::pressure0);
         if (plan.variant.materials) stage(skin_.material_of, MarchMemory::material);
         finish();
@@ -144,11 +99,6 @@ class DeviceMarch : public model::March {
 
     std::vector<const void*> maps(const std::vector<Quantity>& what) override {
         const Use use = context_->need_working();
-        if (std::ranges::any_of(what, [](Quantity q) { return q >= Quantity::curvature; })) {
-            fields_->record(recording_, visible_, constants_);
-            ++dispatches_;
-            recording_.barrier();
-        }
         const VkDeviceSize map = memory_.map_bytes();
         if (!download_ || download_->bytes() < map * what.size())
             download_ = std::make_unique<Buffer>(*context_, map * what.size(), Buffer::Location::host);
@@ -193,7 +143,6 @@ class DeviceMarch : public model::March {
                               .material = range(M::material),
                               .invalid = range(M::invalid)});
         results_.allocate(*context_, memory_, press_->windows());
-        if (plan_.derives) fields_ = std::make_unique<FieldsKernel>(pipelines, skin_, plan_.variant, memory_);
     }
 
     template <class T> void stage(const std::vector<T>& values, int name) {
@@ -202,19 +151,11 @@ class DeviceMarch : public model::March {
 
     // Copies a map into the download from byte `at` on.
     void copy_map(VkCommandBuffer commands, Quantity q, VkDeviceSize at) {
-        const std::vector<VkBufferCopy> regions =
-            regions_of(skin_, q == Quantity::strain ? plan_.variant.state().planes() : 1, at);
-        context_->calls().vkCmdCopyBuffer(commands, map_of(q).handle(), download_->handle(), uint32_t(regions.size()),
-                                          regions.data());
-    }
-
-    const Buffer& map_of(Quantity q) {
-        switch (q) {
-        case Quantity::strain: return memory_[MarchMemory::state0 + visible_];
-        case Quantity::curvature: return memory_[MarchMemory::curvature];
-        case Quantity::deformation: return memory_[MarchMemory::deformation];
-        default: return memory_[MarchMemory::response(int(q))];
-        }
+        const bool strain = q == Quantity::strain;
+        const std::vector<VkBufferCopy> regions = regions_of(skin_, strain ? plan_.variant.state().planes() : 1, at);
+        const int map = strain ? MarchMemory::state0 + visible_ : MarchMemory::response(int(q));
+        context_->calls().vkCmdCopyBuffer(commands, memory_[map].handle(), download_->handle(),
+                                          uint32_t(regions.size()), regions.data());
     }
 
     const model::MarchPlan plan_;
@@ -224,7 +165,6 @@ class DeviceMarch : public model::March {
     MarchMemory memory_;
     Results results_;
     std::unique_ptr<PressKernel> press_;
-    std::unique_ptr<FieldsKernel> fields_;
     std::unique_ptr<Buffer> download_;
     Recording recording_;
     Staging staging_;

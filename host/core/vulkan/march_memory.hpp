@@ -12,15 +12,12 @@ class MarchMemory {
   public:
     enum Name {
         rest_curvature,
-        surface,
         pressure0,
         pressure1,
         state0,
         state1,
         responses, // the first of them
-        curvature = responses + RESPONSE_MAPS,
-        deformation,
-        coefficients,
+        coefficients = responses + RESPONSE_MAPS,
         material,
         invalid,
         names
@@ -33,14 +30,11 @@ class MarchMemory {
     VkDeviceSize bytes_of(int name) const {
         constexpr VkDeviceSize unused = 4;
         const model::Variant& variant = plan_.variant;
-        if (name >= responses && name < curvature)
+        if (name >= responses && name < coefficients)
             return variant.wanted[size_t(name - responses + QUANTITY_SA1)] ? map_ : unused;
         switch (name) {
         case state0:
         case state1: return VkDeviceSize(variant.state().planes()) * map_;
-        case surface:
-        case curvature:
-        case deformation: return plan_.derives ? map_ : unused;
         case pressure1: return variant.framed ? map_ : unused;
         case material: return variant.materials ? map_ : unused;
         case coefficients:
@@ -71,7 +65,7 @@ class MarchMemory {
         constexpr uint32_t nan = 0xffffffff;
         for (int name = 0; name < names; ++name)
             context.calls().vkCmdFillBuffer(commands, buffers_[size_t(name)].handle(), 0, VK_WHOLE_SIZE,
-                                            whole && name >= responses && name <= deformation ? nan : 0);
+                                            whole && name >= responses && name < coefficients ? nan : 0);
     }
 
     Buffer& operator[](int name) { return buffers_[size_t(name)]; }

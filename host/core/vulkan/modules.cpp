@@ -4,7 +4,6 @@
 #include "host/core/simd/model.hpp"
 
 #include "fibres_spv.h"
-#include "fields_spv.h"
 #include "press_spv.h"
 #include "press_texels_spv.h"
 #include "reduce_spv.h"
@@ -17,7 +16,6 @@
 namespace dermis::vulkan {
 
 Module press_module() { return {.code = press_spv, .bytes = sizeof press_spv}; }
-Module fields_module() { return {.code = fields_spv, .bytes = sizeof fields_spv}; }
 Module reduce_module() { return {.code = reduce_spv, .bytes = sizeof reduce_spv}; }
 Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
 Module sites_module() { return {.code = sites_spv, .bytes = sizeof sites_spv}; }

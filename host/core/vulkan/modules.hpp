@@ -15,7 +15,6 @@ struct Module {
 };
 
 Module press_module();
-Module fields_module();
 Module reduce_module();
 Module sites_module();
 Module fibres_module();

@@ -9,7 +9,7 @@ namespace dermis::vulkan {
 
 Requirements requirements() {
     Requirements r;
-    r.storage_buffers = std::max({PRESS_BINDINGS, SITES_BINDINGS, FIELDS_BINDINGS, REDUCE_BINDINGS});
+    r.storage_buffers = std::max({PRESS_BINDINGS, SITES_BINDINGS, REDUCE_BINDINGS});
     r.required_if_offered = {"VK_KHR_portability_subset"};
     r.used_if_enabled = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
     r.used_if_enabled_instance = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
@@ -20,8 +20,7 @@ std::string why_not(const VkPhysicalDeviceLimits& limits) {
     const auto lacks = [](const char* limit, uint32_t value, uint32_t needed) {
         return std::string(limit) + " = " + std::to_string(value) + "; " + std::to_string(needed) + " are needed";
     };
-    const uint32_t buffers = requirements().storage_buffers,
-                   invocations = std::max({PRESS_X * PRESS_Y, FIELDS_X, SITES_X});
+    const uint32_t buffers = requirements().storage_buffers, invocations = std::max({PRESS_X * PRESS_Y, SITES_X});
     if (limits.maxPerStageDescriptorStorageBuffers < buffers)
         return lacks("maxPerStageDescriptorStorageBuffers", limits.maxPerStageDescriptorStorageBuffers, buffers);
     if (limits.maxComputeWorkGroupInvocations < invocations)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/march/march.hpp"
 
+#include "host/core/model/laplacian.hpp"
+
 #include <deque>
 
 namespace dermis {
@@ -29,6 +31,29 @@ class CoefficientsOfStep : public StepCoefficients {
     const Step step_;
     const PreparedSkin& skin_;
 };
+
+// Writes curvature or deformation under a strain whose rows are a pitch apart, in the arithmetic of a march.
+template <class K>
+void derive(const PreparedSkin& skin, Quantity q, const typename K::real* strain, std::vector<double>& to) {
+    using real = typename K::real;
+    const typename K::Constants c = constants_of<K>(skin, skin.whole());
+    const auto row = [&](int y) { return strain + size_t(y) * size_t(c.pitch); };
+    std::vector<double> rest(size_t(c.width)); // of the skin at rest
+    std::vector<real> L(rest.size());
+    to.clear();
+    for (int y = 0; y < c.height; ++y) {
+        if (q == Quantity::deformation) {
+            surface_row(skin, y, rest.data());
+            for (size_t x = 0; x < L.size(); ++x)
+                to.push_back(K::flush(K::deformation_of(real(rest[x]), row(y)[x], c.thickness)));
+            continue;
+        }
+        rest_curvature_row(skin, y, 0, c.width, rest.data());
+        const auto rows = simd::neighbours<real>(y, c.width, c.height, skin.stencil, skin.edges, row);
+        simd::best().of<K>().laplacian(rows, 0, c.width, L.data());
+        for (size_t x = 0; x < L.size(); ++x) to.push_back(K::flush(K::curvature_of(real(rest[x]), L[x], c.bend)));
+    }
+}
 
 class MarchStepper : public Stepper {
   public:
@@ -80,20 +105,8 @@ class MarchStepper : public Stepper {
     long long dispatches() const override { return march_->dispatches(); }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
-        const std::vector<const void*> views = march_->maps(what);
-        finish();
         maps.resize(what.size());
-        for (size_t i = 0; i < what.size(); ++i)
-            if (precision_ == Precision::f64) copy(static_cast<const double*>(views[i]), maps[i]);
-            else copy(static_cast<const float*>(views[i]), maps[i]);
-    }
-
-    std::vector<const float*> view(const std::vector<Quantity>& what) override {
-        if (precision_ == Precision::f64) return Stepper::view(what);
-        std::vector<const float*> views;
-        for (const void* map : march_->maps(what)) views.push_back(static_cast<const float*>(map));
-        finish();
-        return views;
+        precision_ == Precision::f64 ? read_in<f64>(what, maps) : read_in<f32>(what, maps);
     }
 
   private:
@@ -108,9 +121,22 @@ class MarchStepper : public Stepper {
                step.rise == last.rise && step.frame == last.frame;
     }
 
-    template <class T> void copy(const T* from, std::vector<double>& to) const {
-        to.clear();
-        for (int y = 0; y < skin_.height(); ++y, from += skin_.pitch) to.insert(to.end(), from, from + skin_.width());
+    template <class K> void read_in(std::vector<Quantity> what, std::vector<std::vector<double>>& maps) {
+        const std::vector<Quantity> asked = what;
+        std::ranges::replace_if(
+            what, [](Quantity q) { return q >= Quantity::curvature; }, Quantity::strain);
+        const std::vector<const void*> views = march_->maps(what);
+        finish();
+        for (size_t i = 0; i < what.size(); ++i) {
+            const auto* from = static_cast<const typename K::real*>(views[i]);
+            if (asked[i] != what[i]) {
+                derive<K>(skin_, asked[i], from, maps[i]);
+                continue;
+            }
+            maps[i].clear();
+            for (int y = 0; y < skin_.height(); ++y, from += skin_.pitch)
+                maps[i].insert(maps[i].end(), from, from + skin_.width());
+        }
     }
 
     const PreparedSkin& skin_;
@@ -139,8 +165,7 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
                          .pressed = schedule.pressed,
                          .pressure = schedule.pressure,
                          .points = schedule.points,
-                         .keeps_maps = schedule.keeps_maps,
-                         .derives = schedule.derives};
+                         .keeps_maps = schedule.keeps_maps};
     return std::make_unique<MarchStepper>(backend.march(plan), skin, variant, precision, std::move(sink));
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "host/core/press/device.hpp"
-#include "host/core/simd/isa.hpp"
 #include "host/lab/march/stepper.hpp"
 
 namespace dermis {
@@ -21,21 +20,4 @@ std::unique_ptr<Stepper> march(Backend&, const PreparedSkin&, const Schedule&, P
 
 } // namespace model
 
-namespace cpu {
-
-// threads: 0 = one per core. Skin and schedule outlive the stepper.
-std::unique_ptr<model::Stepper> stepper(const model::PreparedSkin&, const model::Schedule&, Precision, int threads,
-                                        model::Stepper::Sink, const simd::Isa& isa = simd::best());
-
-} // namespace cpu
-
-namespace vulkan {
-
-class Context;
-// In f32. Throws Error::bad_input where the grid does not fit the device, naming the limit. Skin and schedule outlive
-// the stepper.
-std::unique_ptr<model::Stepper> stepper(const model::PreparedSkin&, const model::Schedule&, Precision,
-                                        std::shared_ptr<Context>, model::Stepper::Sink);
-
-} // namespace vulkan
 } // namespace dermis

@@ -28,11 +28,6 @@ class Stepper {
     virtual void finish() {} // delivers all samples that are still due
     // Writes maps at the end of the last press, width*height for each quantity, into vectors that may be reused.
     virtual void read(const std::vector<Quantity>&, std::vector<std::vector<double>>& maps) = 0;
-    // Returns the same maps as a march in float holds them, rows a pitch apart; they last until the next press or view.
-    // Null from all other models.
-    virtual std::vector<const float*> view(const std::vector<Quantity>& what) {
-        return std::vector<const float*>(what.size());
-    }
     virtual long long dispatches() const { return 0; }
     virtual long long left_out() const { return 0; } // steps skipped because they could not change any output
     // The stencil estimate of the skin at the end of the last press.

@@ -98,7 +98,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const auto jumps = [](const scene::Knot& k) { return k.right != k.left; };
     const bool peeks = !schedule.field_times.empty() || schedule.framed ||
                        std::ranges::any_of(scene::Waveform(schedule.load.envelope, schedule.time).knots(), jumps);
-    const double held = buffered ? pressure + 1 + 2 * state + responses + (schedule.derives ? 3 : 0) // S, C, D
+    const double held = buffered ? pressure + 1 + 2 * state + responses
                                  : pressure + 1 + (peeks ? 2 : 1) * state + (schedule.keeps_maps ? responses : 0);
     const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3 * real;
     const double more = double(skin.chain.elements()) - 1; // elements in series

@@ -51,6 +51,7 @@ class CrossCheck {
     Result other_result_;
     Collector collect_;
     std::unique_ptr<model::Stepper> stepper_;
+    std::vector<std::vector<double>> ours_, theirs_; // maps at an output
 };
 
 constexpr double share_of_fibres = 0.5; // of the progress of a run that has fibres

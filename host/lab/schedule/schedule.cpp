@@ -147,7 +147,6 @@ static Schedule make_one(const scene::ValidatedScene& validated, const PreparedS
     s.keeps_maps = check || !s.points.empty() || !scene.output.fields.empty();
     for (const FieldRequest& f : scene.output.fields) {
         s.field_times.push_back(scene::snapped(f.at, scene.time.step));
-        s.derives |= check;
         for (Quantity q : f.what) s.derives |= q >= Quantity::curvature;
     }
     std::sort(s.field_times.begin(), s.field_times.end());
