@@ -7,7 +7,7 @@
 #include "dermis/dermis.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/simd/isa.hpp"
-#include "host/lab/run/maps.hpp"
+#include "tests/maps.hpp"
 
 #include <functional>
 #include <memory>

@@ -3,9 +3,9 @@
 
 #include "dermis/dermis.hpp"
 #include "host/core/press/vulkan_device.hpp"
-#include "host/lab/run/maps.hpp"
 #include "host/lab/schedule/schedule.hpp"
 #include "tests/expected.hpp"
+#include "tests/maps.hpp"
 
 #include <doctest/doctest.h>
 

@@ -240,10 +240,6 @@ TEST_CASE("an allocation that fails in the library: an error says what needed ho
     });
     for (int count : {1, 3}) starve("a skin", Pressing(count));
     const Scene s = scene_of(Model::maps);
-    starve("maps", [&](Numbers& all) {
-        const SceneMaps m = maps(s);
-        all.insert(all.end(), m.rest_curvature.begin(), m.rest_curvature.end());
-    });
     starve("plan", [&](Numbers& all) { all.push_back(double(plan(s, Device::cpu(1)).candidates.size())); });
     starve("population", [](Numbers& all) { all.push_back(double(population(fingertip().grid).size())); });
     const Relaxation relaxing{.moduli = {1, 2}, .times = {3, 4}, .equilibrium = 5};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/scene_files.hpp"
 
-#include "host/lab/run/maps.hpp"
 #include "host/lab/scenes/scene.hpp"
+#include "tests/maps.hpp"
 
 #include <fstream>
 #include <stdexcept>

@@ -37,11 +37,6 @@ Grid without_spacing(Grid grid) {
     return grid;
 }
 
-void surface_row(const PreparedSkin& skin, int y, double* S) {
-    const double* heights = skin.heights.data() + size_t(y) * size_t(skin.width());
-    for (int x = 0; x < skin.width(); ++x) S[x] = heights[x] * skin.relief;
-}
-
 void rest_curvature_row(const PreparedSkin& skin, int y, int first, int last, double* L) {
     scene::look();
     const Map& given = skin.description.surface.curvature;

@@ -20,9 +20,6 @@ void laplacian_row(const std::vector<double>& map, int y, int first, int last, c
                    double* L);
 Grid without_spacing(Grid);
 
-// Row y of S.
-void surface_row(const PreparedSkin&, int y, double* S);
-
 // L(S), 1/m. The relief multiplies differences, so that heights far from 0 lose nothing. L: columns first .. last - 1
 // of row y.
 void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double* L);

@@ -2,7 +2,6 @@
 // Scenes from texts, files, and maps and sites in memory.
 #include "host/lab/scenes/scene.hpp"
 #include "host/doors/python/pickle.hpp"
-#include "host/lab/run/maps.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/write_rows.hpp"
@@ -11,26 +10,21 @@ namespace dermis::python {
 namespace {
 
 using MapArray = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using MapArrays = std::map<std::string, MapArray>;
 using NamedSite = std::tuple<const char*, int, int>; // type, x, y
 using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
 using Fibres = Sequence<Afferents>;
 
-MapArrays arrays_of(const NamedMaps& named) {
-    MapArrays arrays;
-    for (const auto [name, array] : named) arrays.emplace(nb::cast<string_view>(name), nb::cast<MapArray>(array));
-    return arrays;
-}
-
 // The text is one that the package made: its lines mean nothing to a user.
 Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Fibres>& fibres,
                const std::vector<std::string>& overrides) {
-    const MapArrays arrays = arrays_of(named);
     scene::NamedMaps maps;
-    for (const auto& [name, map] : arrays)
-        maps.emplace(name, scene::FileMap{.values = std::vector<double>(map.data(), map.data() + map.size()),
-                                          .width = int(map.shape(1)),
-                                          .height = int(map.shape(0))});
+    for (const auto [name, array] : named) {
+        const auto map = nb::cast<MapArray>(array);
+        maps.emplace(nb::cast<string_view>(name),
+                     scene::FileMap{.values = std::vector<double>(map.data(), map.data() + map.size()),
+                                    .width = int(map.shape(1)),
+                                    .height = int(map.shape(0))});
+    }
     try {
         return scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps, nullptr,
                                  [&](Scene& scene) {
@@ -42,26 +36,6 @@ Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Fib
         throw Error(e.code(), e.parameter(),
                     place == "scene" || place.starts_with("scene:") ? what.substr(place.size() + 2) : what);
     }
-}
-
-View<double> map_view(const Map& map, const Scene& scene, nb::handle owner) {
-    return view(map.data(), {size_t(scene.grid.height), size_t(scene.grid.width)}, owner);
-}
-
-// Returns the maps of a scene by name, each as a view of numbers that nobody else has.
-nb::typed<nb::dict, nb::str, View<double>> maps_of(const Scene& scene) {
-    std::unique_ptr<SceneMaps> made;
-    {
-        const Computing computing(nullptr);
-        made = std::make_unique<SceneMaps>(maps(scene));
-    }
-    const nb::capsule owner(made.get(), [](void* p) noexcept { delete static_cast<SceneMaps*>(p); });
-    const SceneMaps* kept = made.release();
-    nb::typed<nb::dict, nb::str, View<double>> views;
-    views["surface"] = map_view(kept->surface, scene, owner);
-    views["rest_curvature"] = map_view(kept->rest_curvature, scene, owner);
-    views["pressure"] = map_view(kept->pressure, scene, owner);
-    return views;
 }
 
 std::vector<NamedSite> sites_of(const Scene& scene) {
@@ -214,9 +188,6 @@ void bind_scene(nb::module_& m) {
             return rows;
         },
         "Return the keys of a scene file: table, name, unit, default, range, sentence and type of each.");
-    m.def("maps", maps_of, nb::arg("scene"),
-          "Return the maps that a scene is made of, float64 of shape (height, width) each: \"surface\" (m with a\n"
-          "spacing), \"rest_curvature\" (1/m) and \"pressure\" (Pa, where the envelope is 1).");
 }
 
 } // namespace dermis::python

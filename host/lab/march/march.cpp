@@ -38,14 +38,15 @@ void derive(const PreparedSkin& skin, Quantity q, const typename K::real* strain
     using real = typename K::real;
     const typename K::Constants c = constants_of<K>(skin, skin.whole());
     const auto row = [&](int y) { return strain + size_t(y) * size_t(c.pitch); };
-    std::vector<double> rest(size_t(c.width)); // of the skin at rest
+    std::vector<double> rest(size_t(c.width)); // L(S)
     std::vector<real> L(rest.size());
     to.clear();
+    to.reserve(skin.cells());
     for (int y = 0; y < c.height; ++y) {
         if (q == Quantity::deformation) {
-            surface_row(skin, y, rest.data());
+            const double* heights = skin.heights.data() + skin.number_of({0, y});
             for (size_t x = 0; x < L.size(); ++x)
-                to.push_back(K::flush(K::deformation_of(real(rest[x]), row(y)[x], c.thickness)));
+                to.push_back(K::flush(K::deformation_of(real(heights[x] * skin.relief), row(y)[x], c.thickness)));
             continue;
         }
         rest_curvature_row(skin, y, 0, c.width, rest.data());

@@ -12,7 +12,6 @@
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
 #include "host/lab/run/collector.hpp"
-#include "host/lab/run/maps.hpp"
 #include "host/lab/run/witness.hpp"
 
 #include <algorithm>
@@ -301,24 +300,6 @@ void compare_holds(const model::PreparedRun& run, Explanation& e) try {
 }
 
 } // namespace
-
-SceneMaps maps(const Scene& scene) {
-    const auto words = [&] { return needs_of(scene); };
-    return scene::guarded(words, [&]() -> SceneMaps {
-        const DefaultFloats guard;
-        const model::PreparedRun run = model::prepare_run(scene);
-        const size_t width = size_t(run.skin.width());
-        std::vector<double> surface(run.skin.cells()), rest(surface);
-        for (int y = 0; y < run.skin.height(); ++y) {
-            model::surface_row(run.skin, y, surface.data() + size_t(y) * width);
-            model::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
-        }
-        Map pressure = run.schedule.pressure;
-        if (run.schedule.framed) pressure = model::FrameFeed(run.schedule, run.skin.width()).frame(0);
-        if (scene::is_sum(scene)) pressure = scene::sum_of_maps(scene::validate(scene).scene);
-        return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = pressure};
-    });
-}
 
 Explanation plan(const Scene& scene, const Device& device, const RunOptions& options) {
     const auto words = [&] { return needs_of(scene); };

@@ -71,19 +71,6 @@ Map grating_at_rest(const Scene& s) {
     });
 }
 
-Map sum_of_maps(const Scene& scene) {
-    ValidatedScene one{scene, nullptr};
-    one.scene.more_loads.clear();
-    Map sum = pressure_map(one);
-    for (const Load& load : scene.more_loads) {
-        one.scene.load = load;
-        const Map map = pressure_map(one);
-        std::vector<double>& values = sum.edit();
-        for (size_t i = 0; i < values.size(); ++i) values[i] += map[i];
-    }
-    return sum;
-}
-
 std::vector<Load> products_of(const Scene& scene) {
     std::vector<Load> products;
     Scene one = scene;

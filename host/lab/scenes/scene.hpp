@@ -148,8 +148,6 @@ Map shape_of(const Scene&);
 // none has a grating.
 std::vector<Load> products_of(const Scene&);
 bool is_sum(const Scene&); // whether there may be more than one
-// The sum of the loads' maps, in Pa, of gratings at t = 0.
-Map sum_of_maps(const Scene&);
 // The shape of a load with a grating, at t = 0.
 Map grating_at_rest(const Scene&);
 // Whether the load is known by frames.

@@ -43,7 +43,6 @@ CALLS = {
     "Skin.report": lambda: skin.report(1).sign_changed,
     "run": lambda: dermis.run(scene, precision="f64"),
     "plan": lambda: dermis.plan(scene).candidates,
-    "maps": lambda: dermis._core.maps(scene),
     "what a result has": lambda: (result.fields, result.impulses, result.keys(), result.report(), result["sa1"].probes),
     "chain_of": lambda: dermis.relaxation_of(dermis.chain_of(relaxation)).moduli,
     "Relaxation": lambda: dermis.Relaxation(moduli=MODULI, times=TIMES),

@@ -81,7 +81,7 @@ def test_an_array_stands_in_place_of_a_maps_file(tmp_path):
     from_file = dermis.Scene(TABLES, surface={"kind": "file", "path": tmp_path / "heights.npy"},
                              material={"modulus": moduli.astype(np.float32).astype(float)})
     assert bits(scene) == bits(from_file)
-    np.testing.assert_array_equal(dermis._core.maps(scene)["surface"], heights)
+    np.testing.assert_array_equal(scene.surface.path, heights)
 
 
 def test_elements_have_maps_too():

@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 PERIOD, SIDE, RELIEF = 0.46e-3, 8e-3, 6e-5
+AT_REST = {"fields": [{"at": 0, "what": ["deformation", "curvature"]}]}
 
 
 def ridges(x, y):
@@ -31,7 +32,14 @@ def scene(cell, path, **surface):
     cells = round(SIDE / cell)
     return dermis.fingertip(grid={"width": cells, "height": cells, "spacing": cell},
                             surface={"kind": "file", "path": path, "relief": RELIEF, **surface},
-                            load={"intensity": "20 kPa"}, time={"step": "10 ms", "duration": 0.05})
+                            load={"intensity": "20 kPa"}, time={"step": "10 ms", "duration": 0.05},
+                            output=AT_REST)
+
+
+def at_rest(scene):
+    """The surface and its curvature, of a scene that has them as fields at 0."""
+    fields = dermis.run(scene).fields
+    return fields["deformation", 0], fields["curvature", 0]
 
 
 def loss(map, truth):
@@ -43,13 +51,13 @@ def loss(map, truth):
 @pytest.mark.parametrize("spacing", [20e-6, 50e-6])  # 50 um is 508 dpi
 @pytest.mark.parametrize("cell", [50e-6, 100e-6, 200e-6])
 def test_a_surface_with_its_own_spacing_keeps_its_curvature_on_coarse_cells(spacing, cell):
-    maps = dermis._core.maps(scene(cell, ridges(*places(spacing, SIDE + 2e-4)), spacing=spacing))
+    surface, curvature = at_rest(scene(cell, ridges(*places(spacing, SIDE + 2e-4)), spacing=spacing))
     truth = RELIEF * ridges_curvature(*places(cell))
-    assert abs(loss(maps["rest_curvature"], truth)) < 0.01
+    assert abs(loss(curvature, truth)) < 0.01
     inner = (slice(4, -4), slice(4, -4))
-    difference = maps["surface"] - RELIEF * ridges(*places(cell))
+    difference = surface - RELIEF * ridges(*places(cell))
     assert np.abs(difference[inner]).max() < 0.01 * RELIEF
-    on_cells = dermis._core.maps(scene(cell, ridges(*places(cell))))["rest_curvature"]
+    _, on_cells = at_rest(scene(cell, ridges(*places(cell))))
     assert loss(on_cells, truth) > {50e-6: 0.02, 100e-6: 0.09, 200e-6: 0.3}[cell]
 
 
@@ -60,12 +68,11 @@ def test_a_picture_is_heights_from_black_to_white_with_its_top_row_first(tmp_pat
     grey[0, 0], grey[8, 11] = 0, most
     Image.fromarray(grey).save(tmp_path / "print.png")
     tables = {"grid": {"width": 12, "height": 9}}
-    maps = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "white"}))
-    np.testing.assert_array_equal(maps["surface"], grey / most)
-    dark = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "black"}))
-    np.testing.assert_array_equal(dark["surface"], 1 - grey / most)
-    by_hand = dermis._core.maps(dermis.Scene(tables, surface={"path": grey / most}))
-    np.testing.assert_array_equal(maps["rest_curvature"], by_hand["rest_curvature"])
+    light, dark = (dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": high})
+                   for high in ("white", "black"))
+    np.testing.assert_array_equal(light.surface.path, grey / most)
+    np.testing.assert_array_equal(dark.surface.path, 1 - grey / most)
+    assert light == dermis.Scene(tables, surface={"path": grey / most})
 
 
 @pytest.mark.parametrize("kind", ["<f8", ">f8", "<f4", ">f4", "<f2", ">f2", "|i1", "<i2", ">i2", "<i4", "<i8", ">i8",
@@ -75,8 +82,8 @@ def test_a_file_may_hold_numbers_of_any_type(tmp_path, kind):
     np.save(tmp_path / "map.npy", numbers)
     tables = {"grid": {"width": 12, "height": 9}}
     for path in (tmp_path / "map.npy", numbers):
-        maps = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": path}))
-        np.testing.assert_array_equal(maps["surface"], numbers.astype(float))
+        surface = dermis.Scene(tables, surface={"kind": "file", "path": path}).surface
+        np.testing.assert_array_equal(surface.path, numbers.astype(float))
 
 
 def test_half_floats_of_every_size_are_read(tmp_path):
@@ -84,8 +91,8 @@ def test_half_floats_of_every_size_are_read(tmp_path):
     numbers = np.concatenate([numbers, numbers | 0x8000])[:124 * 102].view(np.float16).reshape(124, -1)
     np.save(tmp_path / "map.npy", numbers)
     tables = {"grid": {"width": numbers.shape[1], "height": 124}}
-    maps = dermis._core.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "map.npy"}))
-    np.testing.assert_array_equal(maps["surface"], numbers.astype(float))
+    surface = dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "map.npy"}).surface
+    np.testing.assert_array_equal(surface.path, numbers.astype(float))
 
 
 def test_heights_in_metres_beside_the_relief_of_a_preset_are_refused():
@@ -94,7 +101,7 @@ def test_heights_in_metres_beside_the_relief_of_a_preset_are_refused():
     with pytest.raises(dermis.Error, match=r"surface.relief = \(not given\); allowed: 1 for heights in metres: these"):
         dermis.fingertip(grid=grid, surface={"path": heights})
     for relief in (1, 5e-5):
-        surface = dermis._core.maps(dermis.fingertip(grid=grid, surface={"path": heights, "relief": relief}))["surface"]
+        surface, _ = at_rest(dermis.fingertip(grid=grid, surface={"path": heights, "relief": relief}, output=AT_REST))
         np.testing.assert_allclose(surface, relief * heights)
     dermis.fingertip(grid=grid, surface={"path": heights / RELIEF})  # from 0 to 1
 
@@ -139,7 +146,7 @@ def test_a_skin_at_rest_has_the_measured_curvature():
     measured = scene(2e-4, ridges(*places(20e-6)), spacing=20e-6)
     skin = dermis.Skin(measured)
     skin.press(np.zeros((40, 40), np.float32), 1e-3)
-    np.testing.assert_array_equal(skin["curvature"], dermis._core.maps(measured)["rest_curvature"].astype(np.float32))
+    np.testing.assert_array_equal(skin["curvature"], at_rest(measured)[1].astype(np.float32))
 
 
 @pytest.mark.parametrize("surface, says", [
@@ -171,7 +178,8 @@ def test_what_has_no_spacing_is_refused_by_name(tmp_path):
 
 
 def flat(path, **keys):
-    return dermis._core.maps(dermis.Scene(grid={"width": 5, "height": 4}, surface={"kind": "file", "path": path, **keys}))
+    scene = dermis.Scene(grid={"width": 5, "height": 4}, surface={"kind": "file", "path": path, **keys})
+    return scene.surface.path
 
 
 GREY = np.arange(20, dtype=np.uint8).reshape(4, 5) * 12
@@ -184,7 +192,7 @@ def test_which_grey_of_a_picture_is_high_is_asked_for(tmp_path, table, path):
     def read(name, **high):
         inner = {"path": tmp_path / name, **high}
         keys = {"texture": inner} if path.endswith("texture") else {"kind": "file", **inner}
-        return dermis._core.maps(dermis.Scene(grid={"width": 5, "height": 4}, **{table: keys}))
+        return dermis.Scene(grid={"width": 5, "height": 4}, **{table: keys})
     with pytest.raises(dermis.Error, match=rf'{path}.high = \(not given\); allowed: high = "white" or high = "black"'):
         read("print.png")
     with pytest.raises(dermis.Error, match=f'{path}.high = .grey.; allowed: "black", "white"'):
@@ -192,7 +200,7 @@ def test_which_grey_of_a_picture_is_high_is_asked_for(tmp_path, table, path):
     with pytest.raises(dermis.Error, match=f"{path}.high = .white.; allowed: only where path is a picture, a PNG"):
         read("print.npy", high="white")
     if path == "load":
-        white, black = (read("print.png", high=high)["pressure"] for high in ("white", "black"))
+        white, black = (read("print.png", high=high).load.path for high in ("white", "black"))
         np.testing.assert_array_equal(white, GREY / 255)
         np.testing.assert_array_equal(black, 1 - GREY / 255)
 
@@ -309,14 +317,16 @@ def test_a_picture_of_more_than_268_mb_is_refused_by_its_header(tmp_path):
 @pytest.mark.parametrize("white", [0.3, 0.7])  # share of the ridges
 def test_all_of_a_flat_crest_touches(white):
     ridges = (np.arange(80) % 10 < 10 * white) * np.ones((80, 1))
-    maps = dermis._core.maps(dermis.fingertip(grid={"width": 80, "height": 80, "spacing": 1e-4}, surface={"path": ridges},
-                                        load={"kind": "file", "path": np.ones((80, 80)), "contact": "crests",
-                                              "contact_length": 1e-3}))
-    pressure = maps["pressure"]
+    spring = dermis.fingertip(  # its strain is the pressure
+        grid={"width": 80, "height": 80, "spacing": 1e-4}, surface={"path": ridges},
+        load={"kind": "file", "path": np.ones((80, 80)), "contact": "crests", "contact_length": 1e-3},
+        material={"modulus": 1, "viscosity": 0}, time={"step": 0.1, "duration": 0.1},
+        output={"traces": [], "fields": [{"at": 0.1, "what": ["strain"]}]})
+    pressure = dermis.run(spring, precision="f64").fields["strain", 0.1]
     assert (pressure[ridges == 0] == 0).all() and (pressure[ridges == 1] > 0.5 / white).all()
     assert pressure.sum() == pytest.approx(6400)
     with pytest.raises(dermis.Error, match='load.contact = "crests"; allowed: "even" on a flat surface'):
-        dermis._core.maps(dermis.fingertip(surface={"kind": "flat"}, load={"contact": "crests", "contact_length": 1e-3}))
+        dermis.run(dermis.fingertip(surface={"kind": "flat"}, load={"contact": "crests", "contact_length": 1e-3}))
 
 
 def test_maps_in_the_order_of_fortran_are_read(tmp_path):
@@ -324,4 +334,4 @@ def test_maps_in_the_order_of_fortran_are_read(tmp_path):
     for kind in ("<f8", ">f4", "<i2"):
         stored = (100 * numbers).astype(kind)
         np.save(tmp_path / "map.npy", np.asfortranarray(stored))
-        np.testing.assert_array_equal(flat(tmp_path / "map.npy")["surface"], stored.astype(float))
+        np.testing.assert_array_equal(flat(tmp_path / "map.npy"), stored.astype(float))
