@@ -10,7 +10,8 @@
 
 namespace dermis {
 
-std::vector<Quantity> wanted_quantities(const model::Schedule& schedule) {
+// The quantities that a schedule wants, in order.
+static std::vector<Quantity> wanted_quantities(const model::Schedule& schedule) {
     std::vector<Quantity> list;
     for (int q = 0; q < REDUCED_MAPS; ++q)
         if (schedule.wanted[size_t(q)]) list.push_back(Quantity(q));
@@ -38,7 +39,7 @@ void Collector::operator()(const model::Step& step, const model::Sample& sample)
         if (every_cell_) check_sample(sample, q, step.time);
     if (step.trace >= 0) {
         result_.time.push_back(step.time);
-        take_traces(step, sample);
+        take_traces(sample);
         take_sites(step, sample);
     }
     if (step.impulse >= 0 && every_cell_) take_impulses(step, sample);
@@ -56,7 +57,7 @@ void Collector::check_sample(const model::Sample& sample, Quantity q, double tim
     for (size_t i = 0; i < schedule_.output.probes.size(); ++i) check_finite(points[i], q, time);
 }
 
-void Collector::take_traces(const model::Step&, const model::Sample& sample) {
+void Collector::take_traces(const model::Sample& sample) {
     for (Trace& t : result_.traces) {
         const size_t q = size_t(t.quantity);
         t.mean.push_back(sample.totals[q].mean);

@@ -7,9 +7,6 @@
 
 namespace dermis {
 
-// The quantities that a schedule wants, in order.
-std::vector<Quantity> wanted_quantities(const model::Schedule&);
-
 class Collector {
   public:
     // every_cell: the run computes every cell, otherwise only the schedule's points.
@@ -22,7 +19,7 @@ class Collector {
 
   private:
     void check_sample(const model::Sample&, Quantity, double time) const;
-    void take_traces(const model::Step&, const model::Sample&);
+    void take_traces(const model::Sample&);
     void take_sites(const model::Step&, const model::Sample&);
     void take_impulses(const model::Step&, const model::Sample&);
 

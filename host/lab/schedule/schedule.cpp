@@ -164,7 +164,7 @@ static Schedule make_one(const scene::ValidatedScene& validated, const PreparedS
     return s;
 }
 
-Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
+static Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
     if (!scene::is_sum(validated.scene)) return make_one(validated, skin, check);
     std::vector<Schedule> products;
     scene::ValidatedScene one = validated;

@@ -59,9 +59,6 @@ struct Schedule {
     }
 };
 
-// check: every map of every output is to be compared with another backend's map.
-Schedule make_schedule(const scene::ValidatedScene&, const PreparedSkin&, bool check = false);
-
 // Sets Schedule::modes, shares and follows. Throws Error::bad_input where the material has no stress that is followed.
 void take_follow(Schedule&, const Scene&);
 
@@ -70,7 +67,8 @@ struct PreparedRun {
     PreparedSkin skin;
     Schedule schedule;
 };
-// threads: they make the skin's maps, as for Device::cpu.
+// check: every map of every output is to be compared with another backend's map. threads: they make the skin's maps, as
+// for Device::cpu.
 PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false, int threads = 0);
 // Validates the scene, once. Throws Error::bad_input.
 PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
