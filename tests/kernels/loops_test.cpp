@@ -25,7 +25,8 @@ struct Seen {
 };
 
 // together: maps are read at the end alone, so that steps may be taken together.
-Seen seen(const model::PreparedRun& run, Precision precision, int threads, const simd::Isa& isa, bool together = false) {
+Seen seen(const model::PreparedRun& run, Precision precision, int threads, const simd::Isa& isa,
+          bool together = false) {
     Seen all;
     cpu::CpuBackend backend(threads, isa);
     const auto stepper =
@@ -182,7 +183,7 @@ class SingleSkins {
         const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
         REQUIRE(
             model::copy_rows({.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
-                            0, streamed_.skin.height()));
+                             0, streamed_.skin.height()));
         float* responses[RESPONSE_MAPS];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             responses[r] = streamed_.wanted[QUANTITY_SA1 + r] ? maps[2 + r].data() : nullptr;
@@ -227,15 +228,15 @@ std::pair<SkinDescription, SkinOptions> kind_of_skin(int n, int width, int heigh
 
 // A variant of a loop: what templates of host/core/simd are instantiated by.
 struct LoopVariant {
-    simd::Path path = simd::Path::linear;
+    simd::Hold hold = simd::Hold::linear;
     bool materials = false, compensated = false;
     int elements = 1; // and a spring, if there are more than 2
     int stencil = STENCIL_FIVE_POINT;
     bool passed = false, tiles = false, all = true; // FA2 without gains; sums; all responses or one
 
     std::string name() const {
-        const char* paths[] = {"held", "linear", "bent"};
-        return std::string(paths[int(path)]) + (materials ? ", materials" : "") + (compensated ? ", compensated" : "") +
+        const char* holds[] = {"held", "linear", "parabolic"};
+        return std::string(holds[int(hold)]) + (materials ? ", materials" : "") + (compensated ? ", compensated" : "") +
                ", " + std::to_string(elements) + " in series, stencil " + std::to_string(stencil) +
                (passed ? ", passed" : "") + (tiles ? ", sums" : "") + (all ? "" : ", one response");
     }
@@ -256,7 +257,7 @@ template <class K> struct LoopMemory {
         for (size_t i = 0; i < (sizeof c.coefficients + 7 * sizeof(real)) / sizeof(real); ++i)
             members[i] = real(number(random));
         c.gain_plus = real(v.passed ? 1 : 0.5), c.gain_minus = real(v.passed ? -1 : 2);
-        const bool spring = v.elements > 2, bent = v.path == simd::Path::bent;
+        const bool spring = v.elements > 2, parabolic = v.hold == simd::Hold::parabolic;
         for (int i = 0; i < pitch; ++i) material[size_t(i)] = i / 5 % 3 * (v.elements + spring);
         for (size_t i = 0; i < line_material.size(); ++i) line_material[i] = i % 2 ? -1 : material[16 * i];
         simd::StateRow<real> state{.value = {map(0), map(8)},
@@ -264,12 +265,12 @@ template <class K> struct LoopMemory {
                                    .element = size_t(pitch),
                                    .strain = v.elements > 1 ? map(18) : map(0),
                                    .rate = spring ? map(19) : nullptr,
-                                   .previous = bent ? map(20) : nullptr};
+                                   .previous = parabolic ? map(20) : nullptr};
         a = {.count = width,
              .elements = v.elements,
              .spring = spring,
              .pressure = map(21),
-             .pressure_to = v.path == simd::Path::held ? nullptr : map(22),
+             .pressure_to = v.hold == simd::Hold::held ? nullptr : map(22),
              .material = v.materials ? material.data() : nullptr,
              .line_material = v.materials ? line_material.data() : nullptr,
              .table = table,
@@ -321,11 +322,11 @@ void compare_loop(std::set<std::string>& ran, const simd::Isa& isa, const char* 
 // Returns the variants of each loop that an instruction set ran.
 template <class K> std::set<std::string> compared_variants(const simd::Isa& isa) {
     std::set<std::string> ran;
-    for (simd::Path path : {simd::Path::held, simd::Path::linear, simd::Path::bent})
+    for (simd::Hold hold : {simd::Hold::held, simd::Hold::linear, simd::Hold::parabolic})
         for (bool materials : {false, true})
             for (bool compensated : {false, true})
                 for (int elements : {1, 3})
-                    compare_loop<K>(ran, isa, "advance", {path, materials, compensated, elements},
+                    compare_loop<K>(ran, isa, "advance", {hold, materials, compensated, elements},
                                     [](const simd::Isa& of, LoopMemory<K>& m) { return of.of<K>().advance(m.a, m.c); });
     for (int stencil : {STENCIL_FIVE_POINT, STENCIL_FOURTH_ORDER, STENCIL_PUBLISHED}) {
         for (bool passed : {false, true})
@@ -338,11 +339,11 @@ template <class K> std::set<std::string> compared_variants(const simd::Isa& isa)
                                         return 0;
                                     });
         for (bool compensated : {false, true})
-            for (const LoopVariant& v : {LoopVariant{simd::Path::bent, false, compensated, 3, stencil},
-                                         {simd::Path::linear, true, compensated, 1, stencil},
-                                         {simd::Path::linear, false, compensated, 1, stencil},
-                                         {simd::Path::linear, false, compensated, 2, stencil},
-                                         {simd::Path::linear, false, compensated, 3, stencil}})
+            for (const LoopVariant& v : {LoopVariant{simd::Hold::parabolic, false, compensated, 3, stencil},
+                                         {simd::Hold::linear, true, compensated, 1, stencil},
+                                         {simd::Hold::linear, false, compensated, 1, stencil},
+                                         {simd::Hold::linear, false, compensated, 2, stencil},
+                                         {simd::Hold::linear, false, compensated, 3, stencil}})
                 compare_loop<K>(ran, isa, "step_rows", v, [](const simd::Isa& of, LoopMemory<K>& m) {
                     of.of<K>().step_rows({.advance = m.a, .respond = m.r}, m.c);
                     return 0;
@@ -495,8 +496,7 @@ TEST_CASE("pads of every shape have the bits of single skins whose rows are step
         for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, published_stencil})
             for (Edges edges : {Edges::mirror, Edges::periodic, published_edges})
                 for (int kind = 0; kind < 4; ++kind) {
-                    if (edges == published_edges && (stencil != published_stencil || width < 2 || height < 2))
-                        continue;
+                    if (edges == published_edges && (stencil != published_stencil || width < 2 || height < 2)) continue;
                     CAPTURE(width);
                     CAPTURE(height);
                     CAPTURE(int(stencil));

@@ -528,16 +528,16 @@ TEST_CASE("the test of a march steps its very variant: what is wrong along parab
         model::Variant v{.compensated = true,
                          .materials = true,
                          .framed = true,
-                         .bent = true,
+                         .parabolic = true,
                          .chain = chain,
                          .keeps_strain = chain.length > 1,
                          .wanted = {true, true, false, false, true}};
         CHECK(marches_exactly(right, v));
         CHECK_FALSE(marches_exactly(wrong, v));
-        v.bent = false;
+        v.parabolic = false;
         CHECK(marches_exactly(wrong, v));
     }
     const Validated vulkan;
     CHECK(vulkan.device().impl().backend->exact(
-        {.framed = true, .bent = true, .wanted = {true, true, true, true, true}}));
+        {.framed = true, .parabolic = true, .wanted = {true, true, true, true, true}}));
 }

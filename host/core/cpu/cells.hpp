@@ -185,7 +185,7 @@ template <class K> class Cells {
         const size_t chain = variant_.chain.length;
         for (int& x : column_) x *= int(chain);
         for (Worker<K>& worker : workers_)
-            worker.coefficients.resize(size_t(pitch_) * chain * (1 + variant_.bent)); // 0 beyond the row's end
+            worker.coefficients.resize(size_t(pitch_) * chain * (1 + variant_.parabolic)); // 0 beyond the row's end
     }
 
     struct Batch {
@@ -202,7 +202,7 @@ template <class K> class Cells {
     int count_of_bands() const {
         const size_t sums = variant_.chain.elements() + 1, planes = (variant_.compensated ? 2 : 1) * sums +
                                                                     variant_.keeps_strain +
-                                                                    (variant_.framed ? 3 + variant_.bent : 2);
+                                                                    (variant_.framed ? 3 + variant_.parabolic : 2);
         const size_t row = size_t(pitch_) * (planes * sizeof(real) + (material_of_.empty() ? 0 : sizeof(int)));
         const int rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads(),
                   of_band = std::max(int(simd::second_level_cache() * 3 / 4 / row), 4 * K::reach(variant_.stencil));
@@ -367,7 +367,7 @@ template <class K> class Cells {
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s);
         if (press.fill_row) {
             (*press.fill_row)(y, worker.coefficients.data());
-            a.table = &worker.coefficients[size_t(at) * variant_.chain.length * (1 + variant_.bent)];
+            a.table = &worker.coefficients[size_t(at) * variant_.chain.length * (1 + variant_.parabolic)];
             a.material = column_.data();
             a.line_material = nullptr;
         }

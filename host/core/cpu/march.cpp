@@ -81,7 +81,7 @@ template <class K> class BandMarch : public model::March {
             };
         } else if (slot.step.coefficients != slot.table_of) {
             slot.table_of = slot.step.coefficients;
-            slot.table.resize(skin_.materials.size() * (1 + plan_.variant.bent));
+            slot.table.resize(skin_.materials.size() * (1 + plan_.variant.parabolic));
             slot.table_of->fill(nullptr, 0, slot.table.data());
         }
     }

@@ -57,7 +57,7 @@ bool FramePress::press_frames(const model::FrameStep& step, const float* from, c
 bool FramePress::prepare(const model::FrameStep& step) {
     const DefaultFloats guard;
     double before = step.before.value_or(0);
-    return !tables_.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()});
+    return !tables_.fill({}, {.dt = &step.dt, .before = &before, .parabolic = step.before.has_value()});
 }
 
 namespace {

@@ -45,7 +45,7 @@ class SampleStream {
         return {.dt = of_pads,
                 .each = streamed_.pads > 1 && i > 0,
                 .before = before,
-                .bent = streamed_.hold == Hold::parabolic};
+                .parabolic = streamed_.hold == Hold::parabolic};
     }
     // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
     std::array<size_t, 2> read_cells() const;

@@ -140,7 +140,8 @@ void SkinRunner::press(const model::PadList& all, const model::StepLengths& dt, 
         vk.vkCmdCopyBuffer(commands, upload_[slot_].handle(), pressure_[1 - from].handle(), 1, &in);
     });
     recording().barrier();
-    const model::StepLengths steps{.dt = steps_.data(), .each = dt.each, .before = dt.before, .bent = dt.bent};
+    const model::StepLengths steps{
+        .dt = steps_.data(), .each = dt.each, .before = dt.before, .parabolic = dt.parabolic};
     (void)record_press(program_, recording(), bindings_[from], pads, steps, answers); // true: prepare() has checked it
     recording().barrier();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;

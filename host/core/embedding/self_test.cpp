@@ -73,7 +73,7 @@ void compare_marches(SelfTest& test, model::Backend& backend, const model::Prepa
     const std::unique_ptr<model::March> marches[] = {backend.march(plan), plain.march(plan)};
     std::shared_ptr<const SampleCoefficients> coefficients;
     for (const SampleStep& step : sample_steps) {
-        const model::FrameStep length{step.length, variant.bent ? std::optional(step_length) : std::nullopt};
+        const model::FrameStep length{step.length, variant.parabolic ? std::optional(step_length) : std::nullopt};
         if (!coefficients || coefficients->step() != length)
             coefficients = std::make_shared<SampleCoefficients>(skin, length);
         model::Sample samples[2];

@@ -99,13 +99,13 @@ template <class K> typename K::Constants constants_of(const PreparedSkin& skin, 
 struct Variant {
     int stencil = 0, edges = 0;
     bool compensated = false, materials = false;
-    bool framed = false; // the pressure runs from frame to frame
-    bool bent = false;   // along a parabola; the table then has two coefficients for each element
+    bool framed = false;    // the pressure runs from frame to frame
+    bool parabolic = false; // along a parabola; the table then has two coefficients for each element
     Chain chain;
     bool keeps_strain = false;                              // the state holds the sum of strains in series
     enum class Pads { none, alike, own } pads = Pads::none; // in a batch: whether each pad has coefficients of its own
     Wanted wanted{};
-    bool tabled() const { return materials || chain.length > 1 || bent; }
+    bool tabled() const { return materials || chain.length > 1 || parabolic; }
     StateShape state() const {
         return {.elements = chain.elements(),
                 .spring = chain.spring,
@@ -113,7 +113,7 @@ struct Variant {
                 .strain = keeps_strain,
                 .integral = wanted[QUANTITY_SA2],
                 .rate = chain.spring && framed && wanted[QUANTITY_FA2],
-                .previous = bent};
+                .previous = parabolic};
     }
 };
 

@@ -107,7 +107,7 @@ Variant StreamedSkin::variant() const {
             .compensated = precision == Precision::f32_compensated,
             .materials = !skin.uniform(),
             .framed = true,
-            .bent = hold == Hold::parabolic,
+            .parabolic = hold == Hold::parabolic,
             .chain = skin.chain,
             .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
             .wanted = wanted};

@@ -53,15 +53,15 @@ struct StepLengths {
     const double* dt = nullptr;
     bool each = false;        // one for each pad of the press; otherwise one for all
     double* before = nullptr; // the step before of each pad, by its number; null: not known
-    bool bent = false;        // under parabolic hold
+    bool parabolic = false;   // under parabolic hold
     const double& operator[](size_t i) const { return dt[each ? i : 0]; }
     // The step of a pad, by its place in the list of a press.
     FrameStep of(const PadList& pads, size_t i) const {
-        return {(*this)[i], bent ? std::optional(before[pads.count ? pads[i] : 0]) : std::nullopt};
+        return {(*this)[i], parabolic ? std::optional(before[pads.count ? pads[i] : 0]) : std::nullopt};
     }
     // Whether all pads of a list have the same step before.
     bool alike(const PadList& pads) const {
-        for (size_t i = 1; bent && i < pads.count; ++i)
+        for (size_t i = 1; parabolic && i < pads.count; ++i)
             if (of(pads, i) != of(pads, 0)) return false;
         return true;
     }

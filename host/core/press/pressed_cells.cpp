@@ -60,7 +60,7 @@ std::optional<Skin::Response> PressedCells::response(Quantity q) {
 }
 
 LastSteps::LastSteps(const model::StreamedSkin& skin)
-    : bent_(skin.hold == Hold::parabolic), steps_(size_t(skin.pads)) {}
+    : parabolic_(skin.hold == Hold::parabolic), steps_(size_t(skin.pads)) {}
 
 void LastSteps::reset(const model::PadList& pads) {
     for (size_t i = 0; i < pads.count; ++i) steps_[size_t(pads[i])] = 0;

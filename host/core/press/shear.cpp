@@ -116,7 +116,8 @@ model::StepLengths Shear::both(const model::PadList& pads, const model::StepLeng
         const auto pad = size_t(pads[i]);
         before_[pad] = before_[pads_ + pad] = dt.before[pad];
     }
-    return {.dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
+    return {
+        .dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .parabolic = dt.parabolic};
 }
 
 void Shear::prepare(const model::PadList& pads, const model::StepLengths& dt, size_t) {

@@ -32,20 +32,20 @@ class LastSteps : public Stage {
   public:
     explicit LastSteps(const model::StreamedSkin&);
     model::StepLengths of(const double* dt, bool each) {
-        return {.dt = dt, .each = each, .before = steps_.data(), .bent = bent_};
+        return {.dt = dt, .each = each, .before = steps_.data(), .parabolic = parabolic_};
     }
     // The last step of a pad if it tells the frequency of its frames, else 0.
-    double frame_of(int pad) const { return bent_ ? 0 : steps_[size_t(pad)]; }
+    double frame_of(int pad) const { return parabolic_ ? 0 : steps_[size_t(pad)]; }
     void press(const model::PadList& pads, const model::StepLengths& dt, size_t = 0, bool = true) override {
         dt.taken(pads);
     }
     void reset(const model::PadList&) override;
-    size_t state_bytes() const override { return bent_ ? sizeof(double) : 0; }
+    size_t state_bytes() const override { return parabolic_ ? sizeof(double) : 0; }
     void save(const model::PadList&, char* to) override;
     void load(const model::PadList&, const char* from) override;
 
   private:
-    const bool bent_; // under parabolic hold
+    const bool parabolic_; // under parabolic hold
     std::vector<double> steps_;
 };
 

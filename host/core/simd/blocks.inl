@@ -136,13 +136,13 @@ inline int end_of_material(const AdvanceArguments<Kernels>& a, int i, int end) {
 inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1 || a.spring; }
 
 // Steps a row, a cache line of cells at a time.
-template <Path path, bool materials, bool compensated, bool chain>
+template <Hold hold, bool materials, bool compensated, bool chain>
 int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
-    constexpr int entries = entries_of(path);
+    constexpr int entries = entries_of(hold);
     Bits changed[state_sums] = {};
     const bool apart = a.to.strain != a.to.value[sum_strain]; // the strains of chains, and of pads
     const auto step = [&](int i, auto coefficients) {
-        const real strain = step_at < path, compensated,
+        const real strain = step_at < hold, compensated,
                    chain ? 0 : 1 > (a, i, c, coefficients, [&](int sum, Sum before, Sum after) {
                                    changed[sum] |= differing(before, after);
                                });
@@ -167,13 +167,13 @@ int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     return bits;
 }
 
-template <Path path> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
+template <Hold hold> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
     return with_bool(a.material, [&](auto materials) {
         return with_bool(a.from.lost[sum_strain], [&](auto compensated) {
-            if constexpr (path !=
-                          Path::bent) // as a chain of any length, because its coefficients are always in the table
-                if (!is_chain(a)) return advance_in<path, materials.number, compensated.number, false>(a, c);
-            return advance_in<path, materials.number, compensated.number, true>(a, c);
+            if constexpr (hold !=
+                          Hold::parabolic) // as a chain of any length, because its coefficients are always in the table
+                if (!is_chain(a)) return advance_in<hold, materials.number, compensated.number, false>(a, c);
+            return advance_in<hold, materials.number, compensated.number, true>(a, c);
         });
     });
 }
@@ -384,15 +384,15 @@ bool sums(const RespondArguments<Kernels>& r) {
 
 // Steps cell i between frames. series: as a RowCell has it. k, more: the first coefficients of the first element, and
 // all coefficients of all elements in series.
-template <Path path, bool compensated, int series>
+template <Hold hold, bool compensated, int series>
 __attribute__((always_inline)) inline void step_between(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                         const LaneCoefficients& k, const Coefficients* more) {
     const auto nothing = [](int, Sum, Sum) {};
     if constexpr (series != 1)
-        store(a.to.strain + i, step_at<path, compensated, series>(
+        store(a.to.strain + i, step_at<hold, compensated, series>(
                                    a, i, c, [&](int n) { return n > 0 ? lanes_of(more[n]) : k; }, nothing));
     else // by reference: a copy for each block would go through memory
-        step_at<path, compensated, series>(
+        step_at<hold, compensated, series>(
             a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
 }
 
@@ -432,7 +432,7 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
 // The coefficients of a skin's elements in series, `entries` of each. It is a copy, because the compiler cannot know
 // that no store changes the table itself.
 struct SeriesTable {
-    Coefficients all[entries_of(Path::bent) * most_in_series];
+    Coefficients all[entries_of(Hold::parabolic) * most_in_series];
     SeriesTable(const AdvanceArguments<Kernels>& a, int entries) {
         for (int n = 0; n < entries * (a.elements + a.spring); ++n) all[n] = a.table[n];
     }
@@ -440,7 +440,7 @@ struct SeriesTable {
 
 // The fused loop of step_rows: it steps a row and answers another one, row after row. The arguments are copied and
 // their address is never passed on: the compiler then knows that no store changes them.
-template <int stencil, Path path, bool compensated, int series, bool materials = false>
+template <int stencil, Hold hold, bool compensated, int series, bool materials = false>
 void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     RowSteps<Kernels> s = given;
     const Constants c = constants;
@@ -451,7 +451,7 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     const EndCells<stencil> ends(r.strain);
     const bool passed = passes(c);
     const LaneCoefficients k = lanes_of(series != 1 || materials ? a.table[0] : c.coefficients);
-    const SeriesTable table(a, series == 1 ? 0 : entries_of(path));
+    const SeriesTable table(a, series == 1 ? 0 : entries_of(hold));
     const auto of_block = [&](int i) -> decltype(auto) {
         if constexpr (materials) return Gathered::of<1>(a.table, a.material + i);
         else return (k);
@@ -460,7 +460,7 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     const auto step_cells = [&](int first, int n, const auto& of) __attribute__((always_inline)) {
 #pragma GCC unroll 8
         for (int i = first; i < first + n; i += lanes)
-            step_between<path, compensated, series>(a, i, c, of(i), table.all);
+            step_between<hold, compensated, series>(a, i, c, of(i), table.all);
     };
     for (int row = 0; row < s.rows; ++row, lead_on(s)) {
         // lines are answered from a column on where the responses begin a cache line
@@ -505,14 +505,14 @@ template <bool compensated> void step_rows_for(const RowSteps<Kernels>& s, const
     const AdvanceArguments<Kernels>& a = s.advance;
     with_stencil(s.respond.strain.stencil, [&](auto of_skin) {
         constexpr int stencil = of_skin.number;
-        if (a.to.previous) return step_rows_in<stencil, Path::bent, compensated, 0>(s, c);
-        if (a.material) return step_rows_in<stencil, Path::linear, compensated, 1, true>(s, c);
-        if (!is_chain(a)) return step_rows_in<stencil, Path::linear, compensated, 1>(s, c);
+        if (a.to.previous) return step_rows_in<stencil, Hold::parabolic, compensated, 0>(s, c);
+        if (a.material) return step_rows_in<stencil, Hold::linear, compensated, 1, true>(s, c);
+        if (!is_chain(a)) return step_rows_in<stencil, Hold::linear, compensated, 1>(s, c);
         if constexpr (stencil == STENCIL_FIVE_POINT) {
-            if (a.elements == 2 && !a.spring) return step_rows_in<stencil, Path::linear, compensated, 2>(s, c);
-            if (a.elements == 3 && !a.spring) return step_rows_in<stencil, Path::linear, compensated, 3>(s, c);
+            if (a.elements == 2 && !a.spring) return step_rows_in<stencil, Hold::linear, compensated, 2>(s, c);
+            if (a.elements == 3 && !a.spring) return step_rows_in<stencil, Hold::linear, compensated, 3>(s, c);
         }
-        step_rows_in<stencil, Path::linear, compensated, 0>(s, c);
+        step_rows_in<stencil, Hold::linear, compensated, 0>(s, c);
     });
 }
 
@@ -520,9 +520,9 @@ template <bool compensated> void step_rows_for(const RowSteps<Kernels>& s, const
 
 int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
     using namespace blocks;
-    const int changed = !a.pressure_to  ? advance_for<Path::held>(a, c)
-                        : a.to.previous ? advance_for<Path::bent>(a, c)
-                                        : advance_for<Path::linear>(a, c);
+    const int changed = !a.pressure_to  ? advance_for<Hold::held>(a, c)
+                        : a.to.previous ? advance_for<Hold::parabolic>(a, c)
+                                        : advance_for<Hold::linear>(a, c);
     end_vector_code();
     return changed;
 }

@@ -3,9 +3,9 @@
 // `real` that is one cell or several neighbouring cells, and loaded() and store(), which read and write such a real.
 
 // A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(n): Coefficients n of the
-// cell's elements, entries_of(path) of each. changed(sum, before, after) is called for every sum. series: how many
+// cell's elements, entries_of(hold) of each. changed(sum, before, after) is called for every sum. series: how many
 // elements the cell has, without a spring behind them; 0: as the arguments say, with or without a spring.
-template <Path path, bool compensated, int series, class CoefficientsOf, class Changed> struct RowCell {
+template <Hold hold, bool compensated, int series, class CoefficientsOf, class Changed> struct RowCell {
     const AdvanceArguments<Kernels>& a;
     int i;
     const CoefficientsOf& coefficients;
@@ -17,11 +17,11 @@ template <Path path, bool compensated, int series, class CoefficientsOf, class C
 
     friend int elements_of(const RowCell& cell) { return series ? series : cell.a.elements; }
     friend bool has_spring(const RowCell& cell) { return series == 0 && cell.a.spring; }
-    friend bool has_rate(const RowCell& cell) { return path != Path::held && series == 0 && cell.a.to.rate; }
+    friend bool has_rate(const RowCell& cell) { return hold != Hold::held && series == 0 && cell.a.to.rate; }
     friend bool has_integral(const RowCell& cell) { return cell.a.to.value[sum_integral]; }
     friend int is_compensated(const RowCell&) { return compensated; }
-    friend bool has_past(const RowCell&) { return path == Path::bent; }
-    friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(entries_of(path) * e); }
+    friend bool has_past(const RowCell&) { return hold == Hold::parabolic; }
+    friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(entries_of(hold) * e); }
     friend decltype(auto) past_of(const RowCell& cell, int e) { return cell.coefficients(2 * e + 1); }
     friend real previous_from(const RowCell& cell) { return loaded(cell.a.from.previous + cell.i); }
     friend void store_previous(const RowCell& cell, real p) { store(cell.a.to.previous + cell.i, p); }
@@ -42,13 +42,13 @@ template <Path path, bool compensated, int series, class CoefficientsOf, class C
 
 // Steps cell i, stores its new state and signals, and returns its strain. It is always inlined: a call would load all
 // coefficients for each block.
-template <Path path, bool compensated, int series, class CoefficientsOf, class Changed>
+template <Hold hold, bool compensated, int series, class CoefficientsOf, class Changed>
 __attribute__((always_inline)) inline real step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                    const CoefficientsOf& coefficients, const Changed& changed) {
-    const Load load = path == Path::held ? load_of(loaded(a.pressure + i), c)
+    const Load load = hold == Hold::held ? load_of(loaded(a.pressure + i), c)
                                          : load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c);
     const CellStep step =
-        step_of(RowCell<path, compensated, series, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
+        step_of(RowCell<hold, compensated, series, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
 #pragma GCC unroll 8
     for (int s = 0; s < STEP_SIGNALS; ++s)
         if (a.signal[s]) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));

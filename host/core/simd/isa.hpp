@@ -53,8 +53,8 @@ template <class real> struct StateRow {
 constexpr int most_in_series = 10; // elements of a cell, spring and dashpot included
 
 // How the pressure runs over a step: a map under an envelope, or from frame to frame, linearly or along a parabola.
-enum class Path { held, linear, bent };
-constexpr int entries_of(Path path) { return path == Path::bent ? 2 : 1; } // Coefficients of each element
+enum class Hold { held, linear, parabolic };
+constexpr int entries_of(Hold hold) { return hold == Hold::parabolic ? 2 : 1; } // Coefficients of each element
 
 // Arguments of a step of `count` cells of a row. The new state may overwrite the old one. pressure_to is null without
 // frames, and material is null for a uniform material. table is then read only if there are several elements, or under

@@ -71,7 +71,7 @@ class DeviceMarch : public model::March {
         const Use use = context_->need_working();
         if (step.coefficients != table_of_) {
             table_of_ = step.coefficients;
-            table_.resize(skin_.materials.size() * (1 + plan_.variant.bent));
+            table_.resize(skin_.materials.size() * (1 + plan_.variant.parabolic));
             table_of_->fill(nullptr, 0, table_.data());
             if (plan_.variant.tabled()) stage(table_, MarchMemory::coefficients);
         }

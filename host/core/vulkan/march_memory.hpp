@@ -38,7 +38,7 @@ class MarchMemory {
         case pressure1: return variant.framed ? map_ : unused;
         case material: return variant.materials ? map_ : unused;
         case coefficients:
-            return variant.tabled() ? (1 + variant.bent) * plan_.skin.materials.size() * sizeof(f32::Coefficients)
+            return variant.tabled() ? (1 + variant.parabolic) * plan_.skin.materials.size() * sizeof(f32::Coefficients)
                                     : unused;
         case invalid: return sizeof(uint32_t);
         default: return map_;

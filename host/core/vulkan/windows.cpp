@@ -52,7 +52,7 @@ std::vector<uint32_t> specialization(const model::Variant& variant) {
     constants[VARIANT_GROUP_X] = PRESS_X;
     constants[VARIANT_GROUP_Y] = PRESS_Y;
     constants[VARIANT_GROUP_Z] = 1;
-    constants[VARIANT_HOLD] = variant.bent;
+    constants[VARIANT_HOLD] = variant.parabolic;
     return constants;
 }
 

@@ -125,7 +125,7 @@ bool CountedRun::next() {
         measured_ = references_.take(step_);
         start_off_ = measured_ ? double(step_.start - references_.start(step_)) : 0;
         jump_off_ = measured_ ? double(step_.jump - references_.jump(step_)) : 0;
-        pressed_.shape.previous = step_.bent;
+        pressed_.shape.previous = step_.parabolic;
         for (size_t i = 0; i < now_.size(); ++i) press(i, step_);
         if (step_.keep) {
             kept_.swap(now_);
@@ -140,7 +140,7 @@ bool CountedRun::next() {
 // operations on the envelope's values.
 counted::Load CountedRun::load_over(const model::Step& step, const CountedMaterial& m) {
     const Rounding& by = m.rounding;
-    if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, by);
+    if (step.parabolic && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, by);
     if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, by);
     const bool held = step.rise == 0 || (step.forcing && step.forcing->holds());
     const bool computed = !held || schedule_.method != Method::exact, references = products_.empty();
@@ -166,9 +166,9 @@ void CountedRun::make_step(const model::Step& step, size_t first) {
     for (size_t e = 0; e < n; ++e) {
         const Element& m = elements_[first + e];
         k_[e] = step.coefficients_of(first + e, m, rule_);
-        if (step.bent) past[e] = bend(k_[e], m, rule_, step.length, step.before);
+        if (step.parabolic) past[e] = bend(k_[e], m, rule_, step.length, step.before);
         references_of_[e] = {};
-        if (measured_ || step.bent) references_of_[e] = references_.coefficients(first + e, past_references[e]);
+        if (measured_ || step.parabolic) references_of_[e] = references_.coefficients(first + e, past_references[e]);
         off[e] = coefficient_errors(k_[e], m, by);
     }
     model::join_loads<f64>(k_.data(), n, chain_.spring, step.length);
@@ -191,7 +191,7 @@ void CountedRun::make_step(const model::Step& step, size_t first) {
         const size_t at = step.entries() * e;
         const bool compared = measured_ && products_.empty();
         put(at, k_[e], off[e], compared ? model::difference(k_[e], references_of_[e]) : f64::Coefficients{});
-        if (step.bent) put(at + 1, past[e], {}, model::difference(past[e], past_references[e]));
+        if (step.parabolic) put(at + 1, past[e], {}, model::difference(past[e], past_references[e]));
     }
     pressed_.load = load_over(step, materials_[first]);
 }

@@ -100,7 +100,7 @@ template <class K> class SiteStepper {
         const size_t n = cells_.cells.size(), material = i < n    ? size_t(cells_.material_of[i])
                                                          : i == n ? 0
                                                                   : deep_[i - n - 1].material;
-        return {shape_, k + (1 + variant_.bent) * material, &state_[i * sums_], after};
+        return {shape_, k + (1 + variant_.parabolic) * material, &state_[i * sums_], after};
     }
 
     typename K::Load load_at(size_t i, const Constants& c) const {

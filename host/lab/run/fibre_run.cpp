@@ -132,7 +132,7 @@ std::vector<Instant> stops_of(const model::Schedule& s, const std::vector<model:
         if (jumps) stops.insert(stops.end(), {bends[i], bends[i] + jump_time});
         for (double past = 0;;) {
             double next = slow.empty() ? INFINITY : to_next_stop(past, range, jumps ? 0 : interval);
-            if (between_frames && s.bent()) next = std::min(next, interval / 64);
+            if (between_frames && s.parabolic()) next = std::min(next, interval / 64);
             if (next > s.time.step || (past += next) >= length) break;
             stops.push_back(bends[i] + past);
         }

@@ -50,7 +50,7 @@ Witness::Witness(const model::PreparedSkin& skin, const model::Schedule& schedul
       constants_(model::constants_of<extended>(skin, schedule.pressed)),
       deep_(skin, schedule_, cells_, each(cells, &WitnessCell::quantity)),
       stepper_(skin, schedule_, cells_, deep_.places), timeline_(schedule_, materials_, rule_, Method::exact),
-      references_(schedule_, materials_, rule_), lanes_(materials_.size() * (1 + schedule.bent())) {
+      references_(schedule_, materials_, rule_), lanes_(materials_.size() * (1 + schedule.parabolic())) {
     for (const WitnessCell& c : cells)
         points_.push_back({.of = c,
                            .number = skin.number_of(c.cell),
@@ -84,13 +84,13 @@ void Witness::press(const model::Step& step) {
                                         measured ? references_.length() : (long double)step.length);
         for (size_t e = 0; e < length; ++e) {
             *lanes++ = extended::lanes_of(k[e]);
-            if (step.bent) *lanes++ = extended::lanes_of(past[e]);
+            if (step.parabolic) *lanes++ = extended::lanes_of(past[e]);
         }
     }
     constants_.start = step.constant_start();
     constants_.rise = step.constant_rise();
     constants_.jump = step.jump;
-    if (schedule_.framed && !step.bent && step.frame >= 0 && step.rise != 0) {
+    if (schedule_.framed && !step.parabolic && step.frame >= 0 && step.rise != 0) {
         const scene::Instant from = timeline_.frame_time(step.frame), to = timeline_.frame_time(step.frame + 1);
         const long double interval = scene::difference<long double>(to, from);
         constants_.start = scene::difference<long double>(step.begin, from) / interval;

@@ -214,7 +214,7 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .compensated = precision != Precision::f32,
             .materials = !skin.uniform(),
             .framed = schedule.framed,
-            .bent = schedule.bent(),
+            .parabolic = schedule.parabolic(),
             .chain = skin.chain,
             .keeps_strain = skin.chain.length > 1,
             .wanted = schedule.wanted};

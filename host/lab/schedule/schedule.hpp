@@ -45,7 +45,7 @@ struct Schedule {
     std::vector<scene::Instant> jumps; // times at which some product jumps, ascending; empty without others
     bool keeps_maps = false;           // maps of responses are read, not only their totals
     bool derives = false;              // curvature or deformation is read
-    bool bent() const { return load.hold == Hold::parabolic; } // the pressure runs along parabolas between frames
+    bool parabolic() const { return load.hold == Hold::parabolic; } // the pressure runs along parabolas between frames
     double between_outputs() const { return time.step * double(every); } // s
     // The map to which a quantity answers.
     const Map& map_of(size_t q) const { return stress[q].empty() ? pressure : stress[q]; }

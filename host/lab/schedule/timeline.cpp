@@ -176,7 +176,7 @@ Step Timeline::framed_step(Instant from, Instant to) {
     const double length = frame_time(s.frame + 1) - begin;
     s.start = (from - begin) / length;
     s.rise = (to - from) / length;
-    if (!schedule_.bent()) return s;
+    if (!schedule_.parabolic()) return s;
     s.from.second = s.start;
     if (to < frame_time(s.frame + 1)) s.to = {s.frame, (to - begin) / length};
     if (s.frame > 0) {
@@ -190,7 +190,7 @@ Step Timeline::framed_step(Instant from, Instant to) {
 // one will do, but from one that is much closer than the step is long, roundings would grow.
 void Timeline::lead(Instant from, Instant to) {
     const long long k = frame_at(from);
-    if (!schedule_.bent() || k == 0 || k + 1 == schedule_.sequence->maps()) return;
+    if (!schedule_.parabolic() || k == 0 || k + 1 == schedule_.sequence->maps()) return;
     const bool on_it = led_ == frame_time(k - 1) || frame_time(k) <= led_;
     if (on_it && to - from <= 1.01 * (from - led_)) return;
     Step s = framed_step(from, from);
@@ -305,7 +305,7 @@ bool Timeline::next(Step& step) {
     if (pending_.empty() && output_ <= schedule_.outputs) fill();
     if (pending_.empty()) return false;
     step = pending_.back();
-    step.bent = schedule_.bent();
+    step.parabolic = schedule_.parabolic();
     pending_.pop_back();
     return true;
 }

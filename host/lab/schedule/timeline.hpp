@@ -29,7 +29,7 @@ struct Step {
     FramePlace from{-1, 0}, to{-1, 0};              // the pressures that the feed gives for it
     // Under parabolic hold the feed gives the pressures at both ends of the step. The one that the state holds from
     // earlier, and that bends it, is of `led`, `before` seconds before its start; 0: nothing bends it.
-    bool bent = false;
+    bool parabolic = false;
     double before = 0;
     scene::Instant led;
     double time = 0, length = 0; // s: the step's end, and how long it takes
@@ -44,12 +44,12 @@ struct Step {
     bool same_coefficients(const Step& other) const {
         return coefficients && coefficients == other.coefficients && forcing == other.forcing && before == other.before;
     }
-    size_t entries() const { return bent ? 2 : 1; } // coefficients of an element
+    size_t entries() const { return parabolic ? 2 : 1; } // coefficients of an element
     // A step of no length under parabolic hold, after which the state holds the frame before `frame`.
     bool leads() const { return from.first < frame; }
     // The members of Constants: of the way between the pressures that the feed gives.
-    double constant_start() const { return bent ? 0 : start; }
-    double constant_rise() const { return bent && rise != 0 ? 1 : rise; }
+    double constant_start() const { return parabolic ? 0 : start; }
+    double constant_rise() const { return parabolic && rise != 0 ? 1 : rise; }
     // The coefficients of a material, by its index and its element.
     f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
         f64::Coefficients k = coefficients ? (*coefficients)[coefficients->size() == 1 ? 0 : material]
@@ -67,8 +67,8 @@ void fill_chain(const Step& step, const std::vector<Element>& materials, const C
                 size_t first, typename K::Coefficients* to) {
     SeriesCoefficients k, past;
     const auto of = [&](size_t e) { return step.coefficients_of(first + e, materials[first + e], rule); };
-    join_series(&materials[first], chain, rule, {step.length, step.bent ? std::optional(step.before) : std::nullopt},
-                of, k, past);
+    join_series(&materials[first], chain, rule,
+                {step.length, step.parabolic ? std::optional(step.before) : std::nullopt}, of, k, past);
     if (chain.spring && step.forcing && step.forcing->impulse) { // the strain just before the jump
         f64::Coefficients& spring = k[chain.length - 1];
         spring.b = 0;
@@ -76,7 +76,7 @@ void fill_chain(const Step& step, const std::vector<Element>& materials, const C
     }
     for (size_t e = 0; e < chain.length; ++e) {
         *to++ = rounded<K>(k[e]);
-        if (step.bent) *to++ = rounded<K>(past[e]);
+        if (step.parabolic) *to++ = rounded<K>(past[e]);
     }
 }
 
@@ -96,7 +96,7 @@ void fill_row(const Step& step, const std::vector<Element>& materials, const Cha
               const int* material, int cells, typename K::Coefficients* row) {
     if (chain.length == 1 && step.gains && step.forcing->is_sine_alone())
         return fill_row_of_sine<K>(*step.coefficients, *step.gains, material, cells, *step.forcing, row);
-    if (chain.length > 1 || step.bent || !step.coefficients || (step.forcing && !step.forcing->scales())) {
+    if (chain.length > 1 || step.parabolic || !step.coefficients || (step.forcing && !step.forcing->scales())) {
         for (int i = 0; i < cells; ++i)
             fill_chain<K>(step, materials, chain, rule, size_t(material[i]),
                           row + size_t(i) * chain.length * step.entries());
