@@ -230,14 +230,14 @@ def test_the_picture_of_a_material_is_refused(tmp_path):
 def test_opaque_pictures_of_any_kind_are_read(tmp_path, mode):
     grey = (GREY > 100) * np.uint8(255) if mode == "1" else GREY
     Image.fromarray(grey).convert(mode).save(tmp_path / "print.png")
-    np.testing.assert_array_equal(flat(tmp_path / "print.png", high="white")["surface"], grey / 255)
+    np.testing.assert_array_equal(flat(tmp_path / "print.png", high="white"), grey / 255)
 
 
 def test_colours_have_the_weights_of_stb(tmp_path):
     colours = np.random.default_rng(4).integers(0, 256, (4, 5, 3), np.uint8)
     Image.fromarray(colours).save(tmp_path / "print.png")
     grey = (colours.astype(int) @ [77, 150, 29]) >> 8
-    np.testing.assert_array_equal(flat(tmp_path / "print.png", high="white")["surface"], grey / 255)
+    np.testing.assert_array_equal(flat(tmp_path / "print.png", high="white"), grey / 255)
 
 
 @pytest.mark.parametrize("mode", ["LA", "RGBA", "L", "RGB", "P"])
@@ -279,7 +279,7 @@ def test_a_number_beyond_a_palette_is_refused_by_its_place(tmp_path, colours):
     palette = np.repeat(np.arange(colours, dtype=np.uint8)[::-1], 3).tobytes()
     for more in ([], [(b"tRNS", b"\xff" * colours)]):
         path.write_bytes(indexed(numbers, palette, *more))
-        np.testing.assert_array_equal(flat(path, high="white")["surface"], (colours - 1 - numbers) / 255)
+        np.testing.assert_array_equal(flat(path, high="white"), (colours - 1 - numbers) / 255)
     if colours == 256:
         return
     numbers[2, 3] = colours
