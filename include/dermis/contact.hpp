@@ -203,7 +203,7 @@ DERMIS_API ContactReport add_depths(const Pad&, const DepthMap&);
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
 struct TaxelReadings {
     enum class Unit { newton, pascal } unit = Unit::newton;
-    Reals values;                 // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
+    Reals values;                 // >= 0, pascals at most 3.4e38; of column i in row j values[i*column_step + j*row_step]
     int columns = 0, rows = 0;    // 1..16384; columns follow each other along x, rows along y
     double width = 0, height = 0; // m, of one taxel along x and y, 1e-9..1e6
     double x = 0, y = 0;          // m, outer corner of the first taxel in the pad's frame

@@ -93,6 +93,7 @@ template <class T> ContactReport add_rows(const Pad& pad, const DepthMap& d, con
         return report;
     }
     const double scale = d.force / ((excess.sum - double(excess.cells) * level) * area);
+    if (!finite(scale)) scene::refuse("depths.depth", shortest(greatest), "depths that add up to more than 1e-290 m");
     const auto pass = [&](const Tile&, const CellPress& press, ContactReport&) {
         for (int y = 0; y < pad.height; ++y)
             for (int x = 0; x < pad.width; ++x) {

@@ -71,9 +71,9 @@ ContactReport add_taxels(const Pad& pad, const TaxelReadings& t) {
     for (int j = 0; j < t.rows; ++j)
         for (int i = 0; i < t.columns; ++i) {
             const double value = t.values[place_of(t, i, j)];
-            if (!finite(value) || value < 0)
+            if (!finite(value) || value < 0 || (!newtons && value > 3.4e38))
                 scene::refuse("taxels.values[" + std::to_string(place_of(t, i, j)) + "]", shortest(value),
-                              "a finite number >= 0");
+                              newtons ? "a finite number >= 0" : "0..3.4e38");
             asked += value * to_force;
         }
     if (newtons) need_float_pressure(pad, asked);

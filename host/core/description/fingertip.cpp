@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The fingertip of a preset. Its numbers stand with their sources in fingertip.md; a test compares both.
+// The fingertip of a preset: the numbers of fingertip.md, and its relaxation as a chain. A test compares both.
 #include "host/core/base/memory.hpp"
 
 namespace dermis {
@@ -11,7 +11,6 @@ SkinDescription fingertip() {
         s.surface = {.kind = Surface::Kind::spiral, .noise = 0, .relief = 5e-5, .ridge_period = 5e-4};
         s.material.thickness = 1e-3;
         s.material.curvature_length = 1e-5;
-        // The chain of the relaxation in fingertip.md.
         s.material.elements = {{.modulus = 200000, .viscosity = 0},
                                {.modulus = 634963.54906512087, .viscosity = 3362.9715758383363},
                                {.modulus = 316660.15053150256, .viscosity = 33028.694845613973},

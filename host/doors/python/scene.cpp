@@ -174,8 +174,10 @@ void bind_scene(nb::module_& m) {
         "to_toml", toml_of, nb::arg("folder").none() = nb::none(),
         nb::sig("def to_toml(self, folder: str | os.PathLike[str] | None = None) -> str"),
         "Return the scene as a text of TOML, from which Scene.from_string(text, folder=folder) reads an equal one.\n\n"
-        "folder: where each map is written as a file of NumPy, under the name that the text gives it. None: a scene\n"
-        "with a map is refused. So is what no text says: heights that were read with a spacing of their own.");
+        "folder: one that exists, where each map is written as a file of NumPy, under the name that the text gives it; "
+        "a file of that\n"
+        "name is replaced. None: a scene with a map is refused. So is what no text says: heights that were read with a "
+        "spacing of their own.");
     m.def(
         "unit_of_key", [](string_view key) { return scene::unit_of_key(std::string(key)); }, nb::arg("key"));
     m.def(

@@ -15,7 +15,7 @@ namespace {
 // Warns once of a strain beyond 1, which skin does not have. It looks again after a quarter more presses, so that in
 // the long run this takes no time.
 void warn_of_strain(SkinWithShapes& s) {
-    if (s.warned || ++s.presses < s.next_look) return;
+    if (++s.presses < s.next_look) return;
     s.next_look = s.presses + s.presses / 4 + 1;
     Figure strain;
     int pad = 0;
@@ -27,7 +27,7 @@ void warn_of_strain(SkinWithShapes& s) {
         return; // it has pressed, and looks another time
     }
     if (!strain.outside()) return;
-    s.warned = true;
+    s.next_look = SIZE_MAX;
     const std::string words = "pad " + std::to_string(pad - 1) + " has a strain of " + dermis::shortest(strain.value) +
                               ", indentation over thickness; skin: 0..1. Are pressures and moduli in Pa?";
     if (PyErr_WarnEx(PyExc_RuntimeWarning, words.c_str(), 1) != 0) nb::raise_python_error();

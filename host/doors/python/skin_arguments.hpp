@@ -14,10 +14,8 @@ struct SkinWithShapes {
     std::vector<int> leading; // lengths of the axes of pads; empty: arrays have none
     Scene scene;
     SkinOptions options;
-    std::optional<Skin> skin; // never empty before the destructor, which uses a Vulkan device too
-    size_t presses = 0;       // calls that pressed
-    size_t next_look = 0;     // the call after which strains are looked at
-    bool warned = false;      // of a strain beyond 1
+    std::optional<Skin> skin;          // never empty before the destructor, which uses a Vulkan device too
+    size_t presses = 0, next_look = 0; // calls that pressed; the one after which strains are looked at
 
     ~SkinWithShapes() {
         const Computing computing(in_use.get());

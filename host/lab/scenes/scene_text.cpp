@@ -48,7 +48,8 @@ void need_keys(const Scene& scene) {
     if (!scene.surface.curvature.empty())
         refuse("surface.path", "heights that were read with surface.spacing",
                "in a text: heights of one number for each cell; keep the file from which the scene was read");
-    if (unreadable(scene.load.path).line) refuse("load.path", "bytes that are not UTF-8", "in a text: a path in UTF-8");
+    if (unreadable("path = " + quoted(scene.load.path)).line)
+        refuse("load.path", "bytes that are not UTF-8", "in a text: a path in UTF-8");
     for (size_t i = 0; i < scene.afferents.size(); ++i) {
         const Afferents& a = scene.afferents[i];
         if (a.model && !a.model->frequency && a.type == Quantity::fa2)

@@ -118,8 +118,9 @@ template <class Sink> std::vector<std::pair<std::string, Pairs<Sink>>> tables_of
     add(Table<Material>(), "material", scene.material);
     for (size_t i = 0; i <= scene.more_loads.size(); ++i) {
         const Load& load = i ? scene.more_loads[i - 1] : scene.load;
-        add(Table<Load>(), "load", load);
-        writer.template add<Envelope>(tables.back().second, "load.", load.envelope);
+        const std::string prefix = scene.more_loads.empty() ? "load." : "load[" + std::to_string(i) + "].";
+        tables.emplace_back("load", writer.template pairs_of<Load>(prefix, load));
+        writer.template add<Envelope>(tables.back().second, prefix, load.envelope);
     }
     add(Table<Time>(), "time", scene.time);
     add(Table<CurvatureTable>(), "curvature", scene);

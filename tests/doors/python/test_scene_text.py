@@ -164,3 +164,23 @@ def test_the_text_of_a_scene_is_a_file_of_the_command(tmp_path):
     pathlib.Path(tmp_path / "scene.toml").write_text(scene.to_toml(tmp_path))
     again = dermis.run(tmp_path / "scene.toml")
     assert again.scene == scene and np.array_equal(again["sa1"].max, dermis.run(scene)["sa1"].max)
+
+
+def test_each_load_has_a_file_of_its_own_map(tmp_path):
+    ramp = np.arange(1.0, 13.0).reshape(3, 4)
+    scene = dermis.Scene(grid={"width": 4, "height": 3}, load=[{"path": ramp}, {"path": 2 * ramp}])
+    assert dermis.Scene.from_string(scene.to_toml(tmp_path), folder=tmp_path) == scene
+
+
+@pytest.mark.parametrize("name", ["it's", 'a "b"', "Fühler", "日本", "a\x7fb"])
+def test_a_path_of_any_letters_stands_in_a_text(tmp_path, name):
+    np.save(tmp_path / f"{name}.npy", np.ones((2, 3, 4)))
+    scene = dermis.Scene(grid={"width": 4, "height": 3},
+                         load={"kind": "sequence", "path": tmp_path / f"{name}.npy", "interval": 0.1})
+    assert dermis.Scene.from_string(scene.to_toml()) == scene
+
+
+def test_a_folder_that_takes_no_file_is_an_error(tmp_path):
+    scene = dermis.Scene(grid={"width": 4, "height": 3}, load={"path": np.ones((3, 4))})
+    with pytest.raises(FileNotFoundError):
+        scene.to_toml(tmp_path / "none")

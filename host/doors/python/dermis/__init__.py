@@ -39,8 +39,7 @@ from ._typing import Control, Hold, OfSkin, Precision, ReceptorType
 
 __version__ = _core.version
 _GONE = {
-    "maps": 'run() with output={"fields": [{"at": 0, "what": ["deformation", "curvature"]}]}, the surface and its '
-            "curvature at rest",
+    "maps": 'run() with output={"fields": [{"at": 0, "what": ["deformation", "curvature"]}]}',
     "run_materials": 'sweep(tables, {"material": materials}), whose rows have the results',
 }
 

@@ -62,7 +62,7 @@ def value_of(value: object, name: str, maps: Maps) -> str:
             value.encode()
         except UnicodeEncodeError as error:
             refuse(name, value[error.start:], "a text in Unicode: no other bytes of a path stand in a scene")
-        return json.dumps(value, ensure_ascii=False)
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(value_of(v, f"{name}[{i}]", maps) for i, v in enumerate(value)) + "]"
     pairs = pairs_of(value)

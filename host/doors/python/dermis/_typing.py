@@ -25,8 +25,7 @@ TaxelUnit = Literal["newton", "pascal"]
 class SupportsDLPack(Protocol):
     """An array of NumPy, torch, JAX, CuPy .. in the memory of the CPU."""
 
-    def __dlpack__(self) -> Any:
-        """Return the array in a capsule."""
+    def __dlpack__(self) -> Any: ...
 
 
 AnyArray = Union[SupportsDLPack, "Buffer"]
