@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Contacts are checked, then added; and what became of their forces, in words.
+// Checks contacts and adds them to a pad; says in words where their forces went.
 #include "dermis/contact.hpp"
 
 #include "host/core/base/float_environment.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where contacts land on a pad, and the loop that presses it by them.
+// Finds where contacts land on a pad, and presses the pad there.
 #pragma once
 
 #include "host/core/base/refusal.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a Touch has for a Skin that is pressed by it.
+// The members of a Touch that a Skin reads when the Touch presses it.
 #pragma once
 
 #include "dermis/touch.hpp"
