@@ -50,7 +50,7 @@ void chains(Bench&);              // frames by elements in series
 void pads(Bench&);                // batches of pads, sites beside fields, presses at 1 kHz
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
-void spikes(Bench&);              // nerve fibres
+void spikes(Bench&);              // afferents
 void touch(Bench&);               // contacts of a whole batch, and shear
 void stiff(Bench&);               // error against step and time on a chain of elements
 void construction(Bench&);        // making a skin

@@ -245,7 +245,7 @@ def edge_row(dermis, folder):
                "its middle, RA afferents little more", "strain at an edge over the middle of a rigid bar of 3 mm: " +
                ours.format(*rigid, *even),
                rigid[0] > 2 and rigid[2] < 1.2, "`kernel = \"strain\"`, Poisson's ratio 0.4. The depths, 0.3 to 0.5 "
-               "mm for SA1 and 1.6 mm for RA, are TouchSim's; row 7 speaks for shallower RA endings. Without "
+               "mm for SA1 and 1.6 mm for RA, are TouchSim's; row 7 speaks for shallower RA receptors. Without "
                "`receptors.depth` it is 1.0 in every class", "any product scene with `receptors.depth` and `kernel = "
                "\"strain\"`", "Phillips and Johnson 1981.", numbers, "evidence_edges.png")
 
@@ -259,8 +259,8 @@ def ridge_row(dermis):
                f"{found['even']:.2f} with an even contact",
                abs(found["peak"] - 1) < 0.05 and found["across"] > 100 and
                all(0.7 < found[w] < 1.5 for w in ("along", "even")),
-               "Contact on crests and the stress at 2 mm do it together; with an even contact, or one cell for an "
-               "ending, ridges amplify nothing. Two textures here; the picture has six, and other speeds and ridges",
+               "Contact on crests and the stress at 2 mm do it together; with an even contact, or one cell for a "
+               "receptor, ridges amplify nothing. Two textures here; the picture has six, and other speeds and ridges",
                "[fingerprint_vibration.toml](../host/examples/fingerprint_vibration.toml)", "Scheibert et al. 2009.",
                {f"ridges_{name}": value for name, value in found.items()}, "vibration.png")
 
@@ -270,9 +270,10 @@ def single_ridge_row(dermis):
     wave = 1 + np.cos(2 * np.pi * np.arange(width) * spacing / period) * np.ones((width, 1))
     line = below(dermis, wave, spacing, (4e-4,))[0][width // 2, 97:143]  # five periods
     left = 2 * abs((line * np.exp(-2j * np.pi * np.arange(46) * 5 / 46)).mean()) / line.mean()
-    return Row("Single ridges", "the sensitive places of human FA1 and SA1 fibres are as fine as a ridge, some 0.4 mm",
-               "without `receptors.depth` a receptor is one cell, and all of a pattern of 0.46 mm is left; at 0.4 mm "
-               f"{100 * left:.1f} %",
+    return Row("Single ridges",
+               "the sensitive places of human FA1 and SA1 afferents are as fine as a ridge, some 0.4 mm",
+               "without `receptors.depth` a receptor feels one cell, and all of a pattern of 0.46 mm is left; at 0.4 "
+               f"mm {100 * left:.1f} %",
                False, "Cells that do not couple resolve any pattern, which is no finding about skin; a half-space "
                "resolves none so fine. `[[afferents]]` may have several endings, but no scene here lays them below "
                "ridges",
@@ -313,14 +314,15 @@ def press_row(dermis):
     texts = ["{:.0f}, {:.0f} and {:.0f} %".format(*(100 * share for share in some)) for some in shares]
     wanted = [float(row["fire"]) / float(row["of"]) for row in rows]
     return Row("Who answers a press", "TouchSim: 55 of 282 SA1, 27 of 573 RA and 70 of 100 PC fire (20, 5 and 70 %); "
-               "20.3 kPa at 0.3 mm", f"of the preset's fibres {texts[0]} fire, of sensitive ones {texts[1]}. More than "
-               f"100 Pa at 0.3, 1.6 and 2 mm: {counts[0]} SA1, {counts[1]} FA1, {counts[2]} FA2, where cells that do "
-               f"not couple have {cells[0]}, {cells[1]} and {cells[2]}; below a rigid punch {centre:.1f} kPa at 0.3 mm",
+               "20.3 kPa at 0.3 mm", f"of the preset's afferents {texts[0]} fire, of sensitive ones {texts[1]}. "
+               f"More than 100 Pa at 0.3, 1.6 and 2 mm: {counts[0]} SA1, {counts[1]} FA1, {counts[2]} FA2, where cells "
+               f"that do not couple have {cells[0]}, {cells[1]} and {cells[2]}; below a rigid punch {centre:.1f} kPa "
+               "at 0.3 mm",
                any(np.allclose(some, wanted, atol=0.1) for some in shares),
-               "The stress is TouchSim's; all three shares of fibres that fire are asked to be within 10 % of all "
-               "fibres. Fibres lie at 0.3, 0.5 and 2 mm, as in their fit, and the press takes 50 ms. Sensitive FA1 "
-               "fibres come close. Of SA1 those within 1.4 mm of the middle fire and no others; for FA2 TouchSim has "
-               "waves that travel along the skin, which dermis does not have",
+               "The stress is TouchSim's; all three shares of afferents that fire are asked to be within 10 % of all "
+               "afferents. Their endings lie at 0.3, 0.5 and 2 mm, as in the fit, and the press takes 50 ms. "
+               "Sensitive FA1 afferents come close. Of SA1 those within 1.4 mm of the middle fire and no others; for "
+               "FA2 TouchSim has waves that travel along the skin, which dermis does not have",
                "any scene with `[sites]`, `receptors.depth` and `[[afferents]]`", source, numbers)
 
 
@@ -347,9 +349,9 @@ def page(rows):
     head = f"""# Published results beside ours
 
 What experiments and other models of touch found, and what dermis answers. {agree} of {len(rows)} agree; no row is left
-out because it fails. [MODEL.md](../host/core/description/MODEL.md) says what the model is and is not. Data and papers
-are listed at the end. This page is written by `./run evidence`. Its numbers are compared with
-[expected.csv](evidence/expected.csv); the test `evidence` fails where one changes.
+out because it fails. [MODEL.md](../host/core/description/MODEL.md) says what the model is and is not. Afferents are
+nerve fibres of the skin. Data and papers are listed at the end. This page is written by `./run evidence`. Its numbers
+are compared with [expected.csv](evidence/expected.csv); the test `evidence` fails where one changes.
 
 | # | published | dermis | verdict |
 |---|---|---|---|

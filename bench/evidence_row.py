@@ -109,9 +109,9 @@ def run(dermis, scene, folder, *settings):
 
 
 def fire(dermis, strains, load, duration, tables):
-    """The times (s) of the spikes of fibres that strains drive: each one a cell's value times the load's envelope.
+    """The times (s) of the spikes of afferents that strains drive: each one a cell's value times the load's envelope.
 
-    tables: the text of each [[afferents]] table and the numbers of its cells. Fibres are in the order of the tables.
+    tables: the text of each [[afferents]] table and the numbers of its cells. Afferents are in the order of the tables.
     """
     texts = ["[[afferents]]\n" + text + f"\ncells = {[[int(cell), 0] for cell in cells]}\n" for text, cells in tables]
     scene = ROW_OF_CELLS.format(width=len(strains), load=load, duration=duration, afferents="".join(texts))

@@ -16,7 +16,7 @@ CLASSES = {"sa1": "sa1", "ra": "fa1", "pc": "fa2"}  # of the data, and what derm
 DEPTHS = {"sa1": 0.3e-3, "ra": 0.5e-3, "pc": 2e-3}  # m, those of the fit
 RADIUS = 0.5e-3  # m, of the probe
 WAIT = 0.2  # s after which a response to a sine is periodic
-# The logarithms of the gains of seven fibres, of equal weight, over the spread, as in fit_afferents.py.
+# The logarithms of the gains of seven afferents, of equal weight, over the spread, as in fit_afferents.py.
 NODES = np.array([NormalDist().inv_cdf((i + 0.5) / 7) for i in range(7)])
 NODES /= NODES.std()
 PRESS = """
@@ -75,7 +75,7 @@ def strains(kind, um):
 
 
 def sine_spikes(dermis, kind, hz, um, seconds, wait=WAIT):
-    """The number of spikes from `wait` on for so many seconds: of a preset fibre for each amplitude of a sine."""
+    """The number of spikes from `wait` on for so many seconds: of a preset afferent for each amplitude of a sine."""
     load = f'envelope = "sine"\nmean = 0\nfrequency = {float(hz)}'
     times = fire(dermis, strains(kind, um), load, wait + seconds, [(preset(kind), range(len(um)))])
     return np.array([(t >= wait).sum() for t in times])
@@ -87,7 +87,7 @@ def side_by_side(function, arguments):
 
 
 def mean_rates(dermis, kind, hz, um):
-    """Mean rates (Hz) of seven fibres. The current is proportional to q: a fibre's gain scales the amplitude."""
+    """Mean rates (Hz) of seven afferents. The current is proportional to q: an afferent's gain scales the amplitude."""
     factors = np.exp(fitted()[kind]["spread"] * NODES)
     return sine_spikes(dermis, kind, hz, np.outer(um, factors).ravel(), 1.0).reshape(-1, len(NODES)).mean(1)
 
@@ -114,14 +114,14 @@ def rates_row(dermis, folder):
     return Row("Mean rates by amplitude", "rates of SA1, RA and PC afferents at five frequencies and 15 amplitudes",
                "; ".join(texts), all(numbers[f"rates_{kind}_r2"] > 0.9 for kind in CLASSES),
                "This is a fit and no prediction: up to nine numbers of each class are fitted to these 75 points, to "
-               "thresholds and to shares of fibres that fire ([afferents.csv](#data)). A rate is the mean over seven "
-               "fibres with the fitted spread of gains",
+               "thresholds and to shares of afferents that fire ([afferents.csv](#data)). A rate is the mean over "
+               "seven afferents with the fitted spread of gains",
                "one cell and `[[afferents]]` with a class alone, the load a sine", source, numbers,
                "evidence_rates.png")
 
 
 def lowest(dermis, kind, hz, um):
-    """The lowest of some amplitudes at which a preset fibre fires once the response to the sine is periodic."""
+    """The lowest of some amplitudes at which a preset afferent fires once the response to the sine is periodic."""
     counts = sine_spikes(dermis, kind, hz, um, max(0.1, 1.5 / hz), max(WAIT, 1 / hz))
     assert counts[0] == 0 and counts[-1] > 0, f"{kind}, {hz} Hz: no threshold from {um[0]:.4g} to {um[-1]:.4g} um"
     return um[np.argmax(counts > 0)]
@@ -140,10 +140,11 @@ def fitted_thresholds_row(dermis):
     factors = ", ".join(f"{fitted()[kind]['threshold_gain']:.2g}" for kind in CLASSES)
     return Row("Thresholds of the fitted afferents", "the points of rows 1 to 3",
                f"dB rms: {', '.join(texts)}, after one factor per class", all(n < 2 for n in numbers.values()),
-               f"The fibres of the thresholds are more sensitive than the preset's, by factors of {factors}. The pair of "
-               "poles and the membrane give PC the fall at high frequencies that row 2 lacks, and SA1 is closer than in "
-               "row 3, because it follows strain and rate. RA is further off than in row 1, because the same filter "
-               "must give the rates of row 9. SA1 and RA are off most at the highest frequencies", "as row 9", source,
+               f"The afferents of the thresholds are more sensitive than the preset's, by factors of {factors}. The "
+               "pair of poles and the membrane give PC the fall at high frequencies that row 2 lacks, and SA1 is "
+               "closer than in row 3, because it follows strain and rate. RA is further off than in row 1, because "
+               "the same filter must give the rates of row 9. SA1 and RA are off most at the highest frequencies",
+               "as row 9", source,
                numbers)
 
 
@@ -160,13 +161,15 @@ def entrained(dermis, kind, hz):
 def entrainment_row(dermis):
     (first, last), (first_pc, last_pc) = entrained(dermis, "ra", 40), entrained(dermis, "pc", 200)
     assert last is not None and last_pc is None, f"one spike per cycle up to {last} and {last_pc} times the threshold"
-    return Row("One spike per cycle", "as the amplitude grows, the rate of a fibre stays at one spike per cycle over a "
-               "range of amplitudes, a plateau", f"RA at 40 Hz: from {first:.2f} to {last:.2f} times the threshold; PC "
-               f"at 200 Hz: from {first_pc:.2f} times the threshold on, up to 1 mm",
+    return Row("One spike per cycle", "as the amplitude grows, the rate of an afferent stays at one spike per cycle "
+               "over a range of amplitudes, a plateau",
+               f"RA at 40 Hz: from {first:.2f} to {last:.2f} times the threshold; PC at 200 Hz: from {first_pc:.2f} "
+               "times the threshold on, up to 1 mm",
                bool(20 * np.log10(last / first) > 3),
-               "That there are plateaus is compared, and 3 dB asked for; the widths of single fibres in the paper are "
-               "not. The PC fibre cannot fire twice in a cycle, because the fit gives no gain to the other half of it: "
-               "at great amplitudes real fibres may", "as row 9, with 1000 amplitudes", "Freeman and Johnson 1982.",
+               "That there are plateaus is compared, and 3 dB asked for; the widths of single afferents in the paper "
+               "are not. The PC afferent cannot fire twice in a cycle, because the fit gives no gain to the other "
+               "half of it: at great amplitudes real afferents may", "as row 9, with 1000 amplitudes",
+               "Freeman and Johnson 1982.",
                {"entrained_ra_first": first, "entrained_ra_last": last, "entrained_pc_first": first_pc})
 
 
@@ -191,8 +194,8 @@ def touchsim_row(dermis):
 
 
 def pressed(dermis, pressure, load, duration, places, tables, texture=None):
-    """For each fibre its spikes (s), where a map of pressures acts. places: for each class the rows and columns of its
-    endings; tables: the text of each [[afferents]], of fibres at all places of its class."""
+    """For each afferent its spikes (s), where a map of pressures acts. places: for each class the rows and columns of
+    its endings; tables: the text of each [[afferents]], of afferents at all places of its class."""
     height, width = pressure.shape
     texts = "".join("[[afferents]]\n" + text + "\n" for text in tables)
     scene = PRESS.format(width=width, height=height, load=load, duration=duration, afferents=texts)
@@ -210,8 +213,8 @@ def pressed(dermis, pressure, load, duration, places, tables, texture=None):
 
 
 def fire_in_press(dermis, pressure, places):
-    """How many fibres of each class fire, of the preset's and of sensitive ones, where a pressure rises within 50 ms,
-    is held and falls. places: for each class the rows and columns of its endings."""
+    """How many afferents of each class fire, of the preset's and of sensitive ones, where a pressure rises within 50
+    ms, is held and falls. places: for each class the rows and columns of its endings."""
     load = 'envelope = "table"\ntimes = [0, 0.05, 0.95, 1]\nvalues = [0, 1, 1, 0]'
     ends = np.cumsum([len(rows) for rows, _ in places.values()])[:-1]
     found = []
@@ -224,7 +227,7 @@ def fire_in_press(dermis, pressure, places):
 
 
 def edge_pass(dermis, force, endings):
-    """Spikes (s) of a preset and of a sensitive FA1 fibre while an edge of 6 mm by 0.5 mm, pressed with a force (N),
+    """Spikes (s) of a preset and of a sensitive FA1 afferent while an edge of 6 mm by 0.5 mm, pressed with a force (N),
     slides at 30 mm/s over their endings, which lie 1 mm apart along its way."""
     edge = np.zeros((60, 240))  # it repeats itself after 24 mm, which take 0.8 s
     edge[:, 180:186] = np.array([0.5, 1, 1, 1, 1, 0.5]) * force / (6e-3 * 0.5e-3)
@@ -249,17 +252,17 @@ def edge_pass_row(dermis):
         ours = np.array([len(times), np.median(apart), 1e3 / apart.min(), (times[-1] - times[0]) * 1e3])
         agrees &= bool(np.all((ours >= least) & (ours <= most)))
         numbers |= {f"edge_{name}_{key}": float(value) for key, value in zip(keys, ours)}
-        text = "the {} fibre {:.0f} spikes, {:.1f} ms apart, up to {:.0f} Hz, within {:.0f} ms"
+        text = "the {} afferent {:.0f} spikes, {:.1f} ms apart, up to {:.0f} Hz, within {:.0f} ms"
         texts.append(text.format(name, *ours))
-    return Row("15 human FA1 fibres under sliding edges", f"in a pass of an edge at 30 mm/s, {told[0]} spikes, "
-               f"{told[1]} ms apart, up to {told[2]} Hz, within {told[3]} ms: the median of the fibres, the least and "
-               "the greatest",
-               f"an edge of 6 mm by 0.5 mm, {force} N, and fibres with {endings} endings, 1 mm apart: " +
+    return Row("15 human FA1 afferents under sliding edges", f"in a pass of an edge at 30 mm/s, {told[0]} spikes, "
+               f"{told[1]} ms apart, up to {told[2]} Hz, within {told[3]} ms: the median of the afferents, the least "
+               "and the greatest",
+               f"an edge of 6 mm by 0.5 mm, {force} N, and afferents with {endings} endings, 1 mm apart: " +
                "; ".join(texts), agrees,
-               "All four numbers are asked to be in the fibres' range. The edge reaches one ending for a millimetre, so "
-               f"that a fibre with a single ending fires {one[0]} or {one[1]} times and is silent before and after. The "
-               "force is chosen for the number of spikes, and the endings' distance for the duration, so that intervals "
-               f"and rates are compared; the contact forces in the data, {min(forces):.1f} to {max(forces):.1f}, which "
-               "must be N, are of a whole fingertip. Spikes are not compared one by one",
+               "All four numbers are asked to be in the afferents' range. The edge reaches one ending for a "
+               f"millimetre, so that an afferent with a single ending fires {one[0]} or {one[1]} times and is silent "
+               "before and after. The force is chosen for the number of spikes, and the endings' distance for the "
+               f"duration, so that intervals and rates are compared; the contact forces in the data, {min(forces):.1f} "
+               f"to {max(forces):.1f}, which must be N, are of a whole fingertip. Spikes are not compared one by one",
                f"flat skin of 50 kPa, a texture of one edge, the stress at 0.5 mm, `[[afferents]]` of class `fa1` with "
                f"`endings = {endings}`", source, numbers)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Nerve fibres in Numba by the methods of other models, for peers.py. All numbers are those of one kind of fibre."""
+"""Afferents in Numba by the methods of other models, for peers.py. All numbers are those of one kind of afferent."""
 
 import numba
 import numpy as np

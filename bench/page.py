@@ -12,7 +12,7 @@ OPTIONS = {
     "three": "three responses: SA1, FA1, FA2, without the integral",
     "two": "two responses: SA1 and FA1",
     "one": "one response: SA1",
-    "receptors": "receptors in place of fields; the whole frame is handed over",
+    "receptors": "sites in place of fields; the whole frame is handed over",
     "receptors-cells": "the same, with the pressures of their cells alone (`press_cells`)",
     "frames-4": "four frames in one press, responses of the last (`press_frames`), per frame",
     "frames-8": "eight frames in one press, per frame",
@@ -202,7 +202,7 @@ def options(rows):
     return f"""
 ## What each option saves
 
-Microseconds per frame; in brackets the ratio to the first line. Receptors: {text}.
+Microseconds per frame; in brackets the ratio to the first line. Sites: {text}.
 
 {table(['what is asked for', *(title(s, t) for s, t in columns)], lines)}"""
 
@@ -379,14 +379,14 @@ def batches(rows):
         "one-skin": "one skin with about as many cells",
         "skins": "as many skins, one by one",
         "at-rest": "a batch that is at rest without pressure",
-        "batch-sites": "a batch with receptors read in each pad",
+        "batch-sites": "a batch with sites read in each pad",
     }
     found = [r for r in of(rows, "pads-batch") if r["model"] in names]
     count = next((shape(r) for r in found if r["model"] == "batch"), (0, 0, 0))
     receptors = next((number(r["receptors"]) / shape(r)[2] for r in found if r["model"] == "batch-sites"), math.nan)
     text = ""
     if found:
-        names["batch-sites"] = f"a batch with {receptors:.0f} receptors read in each pad"
+        names["batch-sites"] = f"a batch with {receptors:.0f} sites read in each pad"
         lines = [
             [
                 text,
@@ -396,7 +396,7 @@ def batches(rows):
             for m, text in names.items()
         ]
         text += f"""
-## Batches, receptors and states
+## Batches, sites and states
 
 {count[2]} pads of {count[0]} x {count[1]} cells in f32, ns per cell and press:
 
@@ -408,15 +408,15 @@ def batches(rows):
             if r["model"] == "sites":
                 lines.append([f"{number(r['receptors']):.0f}", num(us(r)), num(us(sites[i + 1]))])
         text += f"""
-{sites[0]['width']} x {sites[0]['height']} cells with receptors, one thread, microseconds per press of the whole frame:
+{sites[0]['width']} x {sites[0]['height']} cells with sites, one thread, microseconds per press of the whole frame:
 
-{table(['receptors', 'read as receptors', 'all cells as fields'], lines)}"""
+{table(['sites', 'read as sites', 'all cells as fields'], lines)}"""
     paced = {r["model"]: r for r in of(rows, "paced")}
     if paced:
         lines = [
             [name, f"{100 * number(paced[m]['of_limit']):.2f} %", num(paced[m]["seconds"] * 1e6)]
             for m, name in (
-                ("sites", f"{number(paced['sites']['receptors']):.0f} receptors"),
+                ("sites", f"{number(paced['sites']['receptors']):.0f} sites"),
                 ("fields", "fields"),
                 ("empty", "an empty loop"),
             )
@@ -665,7 +665,7 @@ def stiff(rows, step_of):
 ![error against step and cost on a stiff chain](stiff.png)
 
 Three elements in series, of 4 ms, 70 ms and 1.4 s, under a load that is held from time 0 for 2.56 s; 16 x 16 cells,
-each with a receptor of the strain and one of its rate, double, one thread. Errors of strain and FA1: the greatest
+each with a site of the strain and one of its rate, double, one thread. Errors of strain and FA1: the greatest
 over cells and outputs by the greatest value, against the closed form. Beyond its limit an explicit method is
 refused.
 
@@ -700,12 +700,12 @@ def spikes(rows):
     return f"""
 ## Spikes
 
-Nerve fibres under strains that vibrate at 31 Hz, each with an amplitude and a phase of its own, SA1, FA1 and FA2 as
-4 to 5 to 1, in steps of 1 ms. A body has some 230,000 fibres of touch, a hand 17,000. dermis locates each spike to
-a microsecond; the other methods, written anew, give the step or the sample in which a spike falls, and lose or
-invent spikes ([spikes.png](spikes.png)). Their fibres are all of one kind.
+Afferents, nerve fibres of the skin, under strains that vibrate at 31 Hz, each with an amplitude and a phase of its
+own, SA1, FA1 and FA2 as 4 to 5 to 1, in steps of 1 ms. A body has some 230,000 afferents of touch, a hand 17,000.
+dermis locates each spike to a microsecond; the other methods, written anew, give the step or the sample in which a
+spike falls, and lose or invent spikes ([spikes.png](spikes.png)). Their afferents are all of one kind.
 
-{table(['', 'fibres', 'where', 'ms for a step of 1 ms', 'ns a fibre'], lines)}"""
+{table(['', 'afferents', 'where', 'ms for a step of 1 ms', 'ns an afferent'], lines)}"""
 
 
 def less(rows):
@@ -745,7 +745,7 @@ def less(rows):
         here = of(rows, "population", method=method)
         if here:
             add(
-                f"receptors of a hand on {here[0]['width']} x {here[0]['width']} cells, {name}, `sites`, "
+                f"sites of a hand on {here[0]['width']} x {here[0]['width']} cells, {name}, `sites`, "
                 f"{here[0]['steps']} steps",
                 one(here, model="sites"),
                 "the whole field in f32",
@@ -768,7 +768,7 @@ def less(rows):
 
 ![what each tolerance takes](tolerance.png)
 
-Where a load keeps its shape, or only receptors are read, not every cell need be stepped; the planner takes what the
+Where a load keeps its shape, or only sites are read, not every cell need be stepped; the planner takes what the
 tolerance allows. Seconds:
 
 {table(['what', 's', 'against', 's', 'times'], lines)}{hundred}"""

@@ -313,13 +313,13 @@ def prepare_creep(frequency):
 
 
 def spike_inputs(n):
-    """A period of 32 frames, each fibre with an amplitude and a phase of its own."""
+    """A period of 32 frames, each afferent with an amplitude and a phase of its own."""
     i, k = np.arange(n), np.arange(32)[:, None]
     return np.float32(3e-3 * (0.618034 * i % 1) * (1 + np.sin(2 * np.pi * (k / 32 + 0.7548777 * i))))
 
 
 def prepare_spikes(n):
-    """Ways of others on as many fibres; what they lose is in bench/spikes.png. Ouyang's steps as he has them: NumPy,
+    """Ways of others on as many afferents; what they lose is in bench/spikes.png. Ouyang's steps as he has them: NumPy,
     a backward Euler step of the filter and a forward one of the membrane, in a millisecond."""
     n = int(n)
     inputs = spike_inputs(n)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the nerve fibres of a fingertip fire while a grating touches it, slides and lifts: raster.py dermis picture.png"""
+"""What the afferents of a fingertip fire while a grating touches it, slides and lifts: raster.py dermis picture.png"""
 import csv
 import subprocess
 import sys
@@ -39,7 +39,7 @@ fa1 = "0.5 mm"
 fa2 = "2 mm"
 [sites]
 density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
-[[afferents]] # sensitive fibres: bench/evidence/afferents.csv
+[[afferents]] # sensitive afferents: bench/evidence/afferents.csv
 type = "sa1"
 gains = [[2.48, 0.055]]
 [[afferents]]
@@ -89,7 +89,7 @@ def main(dermis, picture):
         axes[1].scatter(of_class["time"], of_class["afferent"], s=1.5, color=colour, linewidths=0,
                         label=f"{label}: {len(np.unique(of_class['afferent']))} of {len(numbers)} fire")
         axes[2].stairs(np.histogram(of_class["time"], edges)[0] / len(numbers) / 0.01, edges, color=colour)
-    axes[1].set_ylabel("fibre", fontsize=9)
+    axes[1].set_ylabel("afferent", fontsize=9)
     axes[1].legend(fontsize=8, frameon=False, loc="upper right", markerscale=4)
     axes[2].set_ylabel("mean rate (Hz)", fontsize=9)
     axes[2].set_xlabel("time (s)", fontsize=9)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nerve fibres step by step, beside the methods of other models on the same number of fibres.
+// Afferents step by step, beside the methods of other models on the same number of afferents.
 #include "bench/bench.hpp"
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Fits the parameters of the afferents SA1, RA and PC to published thresholds, rates and shares of fibres that fire.
+"""Fits the parameters of the afferents SA1, RA and PC to published thresholds, rates and shares that fire.
+
+An afferent is a nerve fibre of the skin.
 
     fit_afferents.py DATA OUT [--quick]
 
@@ -9,14 +11,14 @@ NumPy, SciPy and Numba.
 
 Stimulus: the displacement d of a flat cylinder of 1 mm diameter, a sine whose amplitude is the greatest displacement
 from its mean, as in stim_sine.m of TouchSim (github.com/BensmaiaLab/touchSim) and in the code of Ouyang et al. 2021.
-Input q: the strain on the axis of the cylinder at the depth of the receptor,
+Input q: the strain on the axis of the cylinder at the depth of the ending,
 d/(pi a (1 - nu^2)) (1 + 3 s^2)/(1 + s^2)^2, where a is the radius of the cylinder and s the depth over a; q is 0 at the
 mean of the sine.
 
-Threshold: the amplitude at which V of a fibre just reaches 1 once the response to the sine is periodic. A rate is the
-mean of seven fibres whose gains have a log-normal distribution with the median 1; a share is that of the distribution
-whose threshold is below the amplitude. The fibres of the thresholds may be more sensitive than the median fibre, by one
-factor per class.
+Threshold: the amplitude at which V of an afferent just reaches 1 once the response to the sine is periodic. A rate is
+the mean of seven afferents whose gains have a log-normal distribution with the median 1; a share is that of the
+distribution whose threshold is below the amplitude. The afferents of the thresholds may be more sensitive than the
+median afferent, by one factor per class.
 """
 import csv
 import pathlib
@@ -34,12 +36,13 @@ STEP = 50e-6  # s, the longest step
 SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
 PAIRS = ((10.0, 50.0), (10.0, 100.0), (50.0, 250.0), (50.0, 500.0), (100.0, 1000.0))  # Hz, of two sines at once
 BANDS = ((10.0, 25.0), (5.0, 100.0), (25.0, 250.0), (25.0, 500.0), (50.0, 500.0))  # Hz, of the noise
-# The logarithms of the gains of the seven fibres, of equal weight, over the spread: the middles of sevenths of a normal
-# distribution, scaled to a variance of 1.
+# The logarithms of the gains of the seven afferents, of equal weight, over the spread: the middles of sevenths of a
+# normal distribution, scaled to a variance of 1.
 NODES = ndtri((np.arange(7) + 0.5) / 7)
 NODES /= NODES.std()
-# Weights: what counts as an error of 1, of a threshold (dB), of a share of the fibres, and of a rate as a part of the
-# greatest rate of the class. Digitized rates and shares are means of few fibres; thresholds are of several papers.
+# Weights: what counts as an error of 1, of a threshold (dB), of a share of the afferents, and of a rate as a part of
+# the greatest rate of the class. Digitized rates and shares are means of few afferents; thresholds are of several
+# papers.
 THRESHOLD_ERROR, SHARE_ERROR, RATE_ERROR = 1.5, 0.15, 0.05
 MEMBRANE = ("membrane_time", "s", 1e-4, 50e-3)
 REFRACTORY = ("refractory_time", "s", 0.9e-3, 20e-3)
@@ -48,7 +51,7 @@ NEGATIVE = "gain_negative/gain_positive"
 
 
 class Model:
-    """A class of fibres: its parameters, each with a name, a unit and bounds, and its linear part.
+    """A class of afferents: its parameters, each with a name, a unit and bounds, and its linear part.
 
     group: its place in the files. order: 0 if the gains are of y, 1 if they are of y'. poles: an r for each real pole,
     a p for a pair that has a frequency and a quality. value: whether q drives the filter beside its rate.
@@ -152,12 +155,12 @@ def sine_current(model, v, f, step):
 
 
 def thresholds(model, v, f, step=STEP):
-    """The amplitudes (m) of sines at which a fibre of median gain just fires."""
+    """The amplitudes (m) of sines at which an afferent of median gain just fires."""
     return np.array([1 / peak(*sine_current(model, v, g, step), v["membrane_time"]) for g in f])
 
 
 def mean_rate(v, wave, step, amplitude, seconds):
-    """The mean rate (Hz) of the seven fibres."""
+    """The mean rate (Hz) of the seven afferents."""
     least = 1 / peak(wave, step, v["membrane_time"])
     scales = amplitude * np.exp(v["spread"] * NODES)
     steps = int(round(seconds / step))
@@ -203,7 +206,7 @@ def load(folder, model):
 
 
 def errors(model, x, data, seconds=1.0, step=STEP):
-    """Errors of the thresholds in dB, of the shares of fibres that fire, and of the rates in Hz."""
+    """Errors of the thresholds in dB, of the shares of afferents that fire, and of the rates in Hz."""
     v = model.values(x)
     f, a = data["threshold"].T
     db = 20 * np.log10(thresholds(model, v, f, step) / v["threshold_gain"] / a)
@@ -313,13 +316,13 @@ def noise_rates(model, v, data):
 
 
 def fractions(model, v, data, step=STEP):
-    """The share of fibres that fire."""
+    """The share of afferents that fire."""
     least = dict(zip(SINES, thresholds(model, v, SINES, step)))
     return np.array([ndtr(np.log(a / least[f]) / v["spread"]) for f, a, _ in data])
 
 
 def entrained(model, v, f):
-    """The range of amplitudes (m) in which a fibre of median gain fires one spike per cycle, and its threshold (m)."""
+    """The range of amplitudes (m) in which a median afferent fires one spike per cycle, and its threshold (m)."""
     wave, step = sine_current(model, v, f, STEP / 4)
     cycles, least = 200, 1 / peak(wave, step, v["membrane_time"])
     times = v["membrane_time"], v["refractory_time"]
@@ -339,7 +342,7 @@ def report(model, x, data):
     half = errors(model, x, data, step=STEP / 2)
     print(f"  rms of the changes at half the step: {rms(half[2] - hz):.3f} Hz and {rms(half[0] - db):.4f} dB")
     p = data["fraction"][:, 2]
-    print(f"  shares of fibres that fire: R2 {r2(share + p, p):.3f}, rms {rms(share):.3f}")
+    print(f"  shares of afferents that fire: R2 {r2(share + p, p):.3f}, rms {rms(share):.3f}")
     print(f"  thresholds: rms {rms(db):.2f} dB; errors by frequency " + " ".join(f"{e:.1f}" for e in db))
     readings = {"equal amplitudes": lambda low, high: 1.0, "equal peak velocities": lambda low, high: low / high}
     for label, ratio in readings.items():
@@ -356,11 +359,11 @@ def report(model, x, data):
 HEADER = """\
 # Parameters of afferents, fitted by bench/evidence/fit_afferents.py to points that Data/txtdata of
 # github.com/ouyangqq/model_tactile_pop_response (commit e9c3672), the code of Ouyang et al. 2021, has digitized: rates
-# and shares of fibres that fire of Muniak et al. 2007, and thresholds after recordings such as those of Freeman and
+# and shares of afferents that fire of Muniak et al. 2007, and thresholds after recordings such as those of Freeman and
 # Johnson 1982. Input: the strain below a flat cylinder of 1 mm diameter, at 0.3 mm (sa1), 0.5 mm (ra) and 2 mm (pc).
-# The values are those of the median fibre; no standard error: not fitted, or at a bound. spread: of the natural
-# logarithm of the gains among fibres. threshold_gain: the factor by which the fibres of the thresholds are more
-# sensitive than the median fibre.
+# The values are those of the median afferent; no standard error: not fitted, or at a bound. spread: of the natural
+# logarithm of the gains among afferents. threshold_gain: the factor by which the afferents of the thresholds are more
+# sensitive than the median afferent.
 """
 
 

@@ -26,7 +26,7 @@ void contact(std::vector<float>& pressure, double center_x, double peak) {
 } // namespace
 
 int main() {
-    // A description holds what stays the same from frame to frame: grid, ridges, material, receptors.
+    // A description holds what stays the same from frame to frame: grid, ridges, material, sites.
     dermis::SkinDescription description;
     description.grid.width = width;
     description.grid.height = height;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A population of receptors on 1 cm2 of fingertip, tapped frame by frame: only the cells that the receptors need are
-// computed, and each press returns one value for each receptor.
+// Sites on 1 cm2 of fingertip, one for each receptor that it has, tapped frame by frame: only the cells that the sites
+// need are computed, and each press returns one value for each site.
 #include <dermis/skin.hpp>
 
 #include <algorithm>
@@ -23,11 +23,11 @@ int main() {
     skin_with_units.material.thickness = 1e-3;
     skin_with_units.material.curvature_length = 1e-5;
 
-    // By default densities of the human fingertip; the seed decides where each receptor lies.
+    // By default densities of the human fingertip; the seed decides where each site lies.
     dermis::Density density;
     density.sa1 = 100;
     skin_with_units.sites = dermis::population(skin_with_units.grid, density, 7);
-    std::printf("%zu receptors\n", skin_with_units.sites.size());
+    std::printf("%zu sites\n", skin_with_units.sites.size());
 
     dermis::Skin skin(dermis::Device::cpu(1), skin_with_units);
     std::vector<float> pressure(400 * 400);
@@ -36,14 +36,14 @@ int main() {
         std::fill(pressure.begin(), pressure.end(), (step - 1) / 20 % 2 == 0 ? 1e4f : 0.0f);
         skin.press(pressure, 0.002);
 
-        // The responses of a class come in the order in which its receptors stand in `sites`.
+        // The responses of a class come in the order in which its sites stand in `sites`.
         if (step % 20 != 0) continue;
         std::printf("%3d ms:", step * 2);
         for (Quantity type : {Quantity::sa1, Quantity::fa1}) {
             const auto response = skin.response(type);
             double sum = 0;
             for (float value : response) sum += value;
-            std::printf("  %s of %zu receptors, mean %.4g", name(type), response.size, sum / double(response.size));
+            std::printf("  %s of %zu sites, mean %.4g", name(type), response.size, sum / double(response.size));
         }
         std::printf("\n");
     }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Afferents: nerve fibres that turn what acts at a receptor into spikes. Part of dermis.hpp.
+// Afferents, nerve fibres of the skin, which turn what acts at their endings into spikes. Part of dermis.hpp.
 //
-//     w = value*q + rate*q'                 q: the strain at the receptor, or the stress over the modulus at rest
+//     w = value*q + rate*q'                 q: the strain at the ending, or the stress over the modulus at rest
 //     y = F(w)                              F: a low-pass of 1 to 3 poles, whose gain is 1 at frequency 0
 //     I = sum over j = 0, 1, 2 of  gains[j][0]*max(y_j, 0) + gains[j][1]*max(-y_j, 0)       y_j: the j-th derivative
 //     membrane_time*V' = -V + I + after     V = 1: a spike; then V = reset for refractory_time
 //
-// A fibre with several endings has such a q, y and V for each of them. It fires when the first V reaches 1, and a spike
-// sets the V of all endings back. In a Skin a q beyond 1e12 counts as 1e12.
+// An afferent with several endings has such a q, y and V for each of them. It fires when the first V reaches 1, and a
+// spike sets the V of all endings back. In a Skin a q beyond 1e12 counts as 1e12.
 //
 // Between frames q runs along a line, for which the filter is exact at the end of a step. A spike's time is the time at
 // which V of this continuous model reaches 1: to about 1 us in a Skin; in a scene to 1e-10 s where q runs along lines,
@@ -24,8 +24,8 @@ struct AfterCurrent {
     double time = 1;      // s, > 0
 };
 
-// How fibres of one kind turn q into spikes. The filter F has a real pole for each time constant, 1/(1 + s*time), and,
-// if a frequency f is given, the pair 1/(1 + s/(Q*w) + (s/w)^2) with w = 2*pi*f and Q = quality: 1 to 3 poles in all.
+// How afferents of one kind turn q into spikes. The filter F has a real pole for each time constant, 1/(1 + s*time),
+// and, if a frequency f is given, the pair 1/(1 + s/(Q*w) + (s/w)^2) with w = 2*pi*f and Q = quality: 1 to 3 poles.
 struct AfferentModel {
     std::vector<double> time_constants; // s, > 0
     std::optional<double> frequency;    // Hz, > 0
@@ -45,24 +45,24 @@ struct AfferentModel {
 // RA in monkeys) and fa2 (PC). Throws Error::bad_input for any other quantity.
 DERMIS_API AfferentModel afferent_model(Quantity);
 
-// Fibres of one class, one for each receptor or for some receptors that follow each other. Fibres are numbered in the
-// order given, from 0 on, through all entries of a list.
+// Afferents of one class, each with one ending or with several that follow each other in the list. Afferents are
+// numbered in the order given, from 0 on, through all entries of a list.
 struct Afferents {
     Quantity type = Quantity::sa1;      // sa1, sa2, fa1 or fa2
     std::optional<AfferentModel> model; // default: afferent_model(type); SA2 has none
-    // The cells of the receptors, inside the grid; where the description has sites, cells of these sites. Empty: the
+    // The cells of the endings, inside the grid; where the description has sites, cells of these sites. Empty: the
     // description's sites of this class, of which there is one at least.
     std::vector<Cell> cells;
     // What q is: the strain of the cell, or its pressure divided by the modulus at which the material comes to rest.
     // The latter needs a material without a dashpot in series that is the same in every cell.
     Signal follow = Signal::strain;
-    // Receptors of each fibre, 1 to 64. The number of receptors is a multiple of it: fibre n has the receptors
-    // n*endings to n*endings + endings - 1. A fibre with fewer endings than others names one of its cells again; a cell
-    // that is named twice fires the fibre as one that is named once.
+    // Endings of each afferent, 1 to 64. The number of cells is a multiple of it: afferent n has the cells n*endings to
+    // n*endings + endings - 1. An afferent with fewer endings than others names one of its cells again; a cell that is
+    // named twice fires the afferent as one that is named once.
     int endings = 1;
 };
 
-// A spike of a press: fibre `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
+// A spike of a press: afferent `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
 // seconds before the step ends. frame: of press_frames(), from 0 on; of one frame 0.
 struct Spike {
     int pad;

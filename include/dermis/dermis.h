@@ -174,12 +174,12 @@ DERMIS_API dermis_status dermis_result_get_field(const dermis_result* result, de
 // The responses of the scene's sites: values[time*sites + site]. Without sites *sites is 0 and *values NULL.
 DERMIS_API dermis_status dermis_result_get_responses(const dermis_result* result, const double** values, size_t* times,
                                                      size_t* sites);
-// A spike of a run: the fibre with this number, of the scene's afferents from 0 on, fires at a time, s.
+// A spike of a run: an afferent, a nerve fibre of the skin, fires at a time, s. The scene's are numbered from 0 on.
 typedef struct dermis_fired_spike {
     double time;
     int32_t afferent;
 } dermis_fired_spike;
-// The spikes of the scene's afferents by time, then by fibre. count: 0 where there are none; *spikes may then be NULL.
+// The spikes of the scene's afferents by time, then by number. count: 0 where there are none; *spikes may then be NULL.
 DERMIS_API dermis_status dermis_result_get_spikes(const dermis_result* result, const dermis_fired_spike** spikes,
                                                   size_t* count);
 DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report);
@@ -229,7 +229,7 @@ typedef struct dermis_pads {
     size_t count;
 } dermis_pads;
 
-// Makes a skin at rest with a scene's grid, surface, material, curvature, receptors, sites and nerve fibres: one pad,
+// Makes a skin at rest with a scene's grid, surface, material, curvature, receptors, sites and afferents: one pad,
 // or a batch of pads. Each pad has its own edges and its own state, and its bits are the bits of a skin alone. device
 // may be NULL. options may be NULL: one pad with all four responses.
 DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
@@ -265,27 +265,27 @@ DERMIS_API dermis_status dermis_skin_press_cells(dermis_skin* skin, const float*
 // the skin was made without.
 DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity,
                                                   const float** values, size_t* count);
-// A spike of a press: fibre `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
+// A spike of a press: an afferent of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
 // seconds before the step ends.
 typedef struct dermis_spike {
     int32_t pad;
-    int32_t afferent; // fibres are numbered in the order of the scene, from 0 on
+    int32_t afferent; // its number, in the order of the scene, from 0 on
     int32_t frame;    // of dermis_skin_press_frames, from 0 on; of one frame 0
     float share;
 } dermis_spike;
-// The spikes of the last call that pressed, by frame, then pad by pad in the order pressed, then by fibre, then by
+// The spikes of the last call that pressed, by frame, then pad by pad in the order pressed, then by afferent, then by
 // time. count: 0 where the scene has no afferents, and before the first press; *spikes may then be NULL. The memory is
 // valid until the next call that presses, or until the skin is destroyed. With afferents a press whose step is longer
-// than all before it may allocate, and a dt above 65536 times a fibre's refractory time or its shortest time constant
-// is refused.
+// than all before it may allocate, and a dt above 65536 times an afferent's refractory time or its shortest time
+// constant is refused.
 DERMIS_API dermis_status dermis_skin_get_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count);
 DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
 // The state as bytes, the same on every device. A skin can load it into the same number of pads if it has the grid,
-// sites, numbers of elements and springs, precision, hold, number of fibres and shear of the skin that saved it, and
-// gives SA2 and FA2 where that skin did. bytes: what dermis_skin_get_state_size gives for this number of pads; for
+// sites, numbers of elements and springs, precision, hold, number of afferents and shear of the skin that saved it,
+// and gives SA2 and FA2 where that skin did. bytes: what dermis_skin_get_state_size gives for this number of pads; for
 // dermis_skin_load also the bytes of a state of the older version 2. dermis_skin_load refuses a number that is not
-// finite, and a number of a nerve fibre that no press makes.
+// finite, and a number of an afferent that no press makes.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);

@@ -205,17 +205,17 @@ struct Receptors {
     Follow follow;
 };
 
-// A receptor on one cell. Its response is the value of its class's field in that cell.
+// A place where the response of one class of receptors is read: the value of the class's field in a cell.
 struct Site {
     Quantity type = Quantity::sa1; // sa1, sa2, fa1 or fa2
     Cell cell;                     // inside the grid
 };
 
-// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/core/description/fingertip.md.
+// Sites per cm2. Default: the human fingertip, after Johansson and Vallbo (1979): host/core/description/fingertip.md.
 struct Density {
-    double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0; at most 1e8 receptors of a class
+    double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0; at most 1e8 sites of a class
 };
-// Draws round(density*area) receptors of each class, class by class, each from all cells with equal probability. A seed
+// Draws round(density*area) sites of each class, class by class, each from all cells with equal probability. A seed
 // gives the same sites on every machine. Grid::spacing is required. Throws Error::bad_input.
 DERMIS_API std::vector<Site> population(const Grid&, const Density& = {}, unsigned long long seed = 1);
 
@@ -230,7 +230,7 @@ struct SkinDescription {
 };
 
 // A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation
-// times. Each number stands with its source in host/core/description/fingertip.md, and each can be changed. Receptors
+// times. Each number stands with its source in host/core/description/fingertip.md, and each can be changed. Sites
 // are population(fingertip().grid); a scene of it is Scene{fingertip()}, whose load is left to the caller.
 DERMIS_API SkinDescription fingertip();
 

@@ -33,7 +33,7 @@ struct Field {
     std::vector<double> values; // width*height
 };
 
-// A spike of a nerve fibre, numbered as in Scene::afferents.
+// A spike of an afferent (a nerve fibre of the skin), numbered as in Scene::afferents.
 struct FiredSpike {
     double time = 0; // s
     int afferent = 0;
@@ -43,7 +43,7 @@ struct Result {
     std::vector<double> time;      // s
     std::vector<Trace> traces;     // in the order of Output::traces
     std::vector<double> responses; // [time][site of the scene], row by row; empty without sites
-    std::vector<Impulse> impulses; // empty with Model::sites, which computes the cells of receptors alone
+    std::vector<Impulse> impulses; // empty with Model::sites, which computes the cells of sites alone
     std::vector<Field> fields;
     DeviceInfo device; // the CPU path for all models except march
     Model model = Model::march;
@@ -73,7 +73,7 @@ struct Result {
     long long pressed_cells = -1;             // cells that the load presses, of a sequence in any of its frames
     // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
-    // Of Scene::afferents, until Time::duration; by time, then by fibre.
+    // Of Scene::afferents, until Time::duration; by time, then by afferent.
     std::vector<FiredSpike> spikes;
 
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for

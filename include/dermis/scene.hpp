@@ -20,7 +20,7 @@ inline constexpr Edges published_edges{2};
 // The models by which a result is computed. Any two that can serve a scene agree on it.
 //   moments   means, extremes and probes, from three means and a convex hull; no fields
 //   maps      the same, and each field in one pass
-//   sites     receptors alone, from the cells that their stencils read; no traces, no fields
+//   sites     sites alone, from the cells that their stencils read; no traces, no fields
 //   march     every cell, from output to output
 // All but march compute in double. moments and maps need a load that is a map times an envelope, or a sum of such
 // products; gains k and -k of FA2; and a uniform material, or cells with one retardation time, or without extremes with
@@ -183,9 +183,9 @@ struct Scene : SkinDescription {
     // Receptors::follow, no Model::march, and no load by frames or of a depth. All loads together are at most 64
     // products of a map and an envelope; a moving grating of n amplitudes counts 1 + 2*n.
     std::vector<Load> more_loads;
-    // Nerve fibres, numbered from 0 on through all entries; with Method::exact. Their cells need not be sites' cells.
-    // They answer to what acts at the depth of their class, before the gain (1 + l*C), whatever the model of the run;
-    // a class that Receptors::follow gives the stress has it here too.
+    // Nerve fibres of the skin, numbered from 0 on through all entries; with Method::exact. Their cells need not be
+    // sites' cells. They answer to what acts at the depth of their class, before the gain (1 + l*C), whatever the
+    // model of the run; a class that Receptors::follow gives the stress has it here too.
     std::vector<Afferents> afferents;
 
     // Reads a TOML file (host/lab/scenes/README.md lists the keys). Relative paths in it start from its folder. Each of

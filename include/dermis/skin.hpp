@@ -36,8 +36,8 @@ struct SkinOptions {
     // The depths of neighbours do not matter. Needs a thickness > 0; refuses `materials` and set_material(). A
     // SkinProgram takes pressure alone.
     Control control = Control::pressure;
-    // The nerve fibres of each pad. Under control = depth they follow the strain. A SkinProgram has none. They read the
-    // state after each press: on a Vulkan device a press then waits and downloads the state.
+    // The afferents of each pad, nerve fibres of the skin. Under control = depth they follow the strain. A SkinProgram
+    // has none. They read the state after each press: on a Vulkan device a press then waits and downloads the state.
     std::vector<Afferents> afferents;
     // Whether presses take tractions beside pressures. They strain the same chain of elements with a third of its
     // moduli and viscosities, because the skin's volume stays the same. No pressure changes a shear, and no shear a
@@ -50,10 +50,10 @@ struct SkinOptions {
     // waits and downloads the shear.
     std::optional<std::array<double, 2>> sa2_stretch;
     // Called on the thread that presses, while many frames are copied, between frames and between blocks of steps of
-    // nerve fibres, each of which takes less than a second; with the fraction of the frames that is done, 0..1. A short
+    // afferents, each of which takes less than a second; with the fraction of the frames that is done, 0..1. A short
     // press does not call it. What it throws ends the press: the pads then have the state after the last whole frame,
     // spikes() has the spikes up to it, those of the last press before the first frame, and responses are those of a
-    // frame only after the next press. Where fibres take several blocks, the press saves the state first, which
+    // frame only after the next press. Where afferents take several blocks, the press saves the state first, which
     // allocates. It may press other skins; this one refuses to be pressed, changed or saved meanwhile.
     std::function<void(double)> progress;
 };
@@ -73,7 +73,7 @@ struct Pads {
 
 // A skin pressed frame by frame, or a batch of pads: each press gives it the pressure at the end of a time step.
 // Presses allocate nothing, except the first press with a step for each pad, the first parabolic press of pads whose
-// previous steps had different lengths, press_frames() of more frames than before, and presses of nerve fibres over a
+// previous steps had different lengths, press_frames() of more frames than before, and presses of afferents over a
 // longer time than before. A press that throws Error::bad_input or Error::no_memory leaves the skin unchanged. Only one
 // thread at a time may use a skin; all skins on one Vulkan device count as one.
 class DERMIS_API Skin {
@@ -149,11 +149,11 @@ class DERMIS_API Skin {
     // is stretched by n_x^2*stretch_x + n_y^2*stretch_y + 2*n_x*n_y*stretch_xy.
     Response response(Quantity) const;
 
-    // The spikes of the last call that pressed, pad by pad in the order pressed, then by fibre, then by time; of
+    // The spikes of the last call that pressed, pad by pad in the order pressed, then by afferent, then by time; of
     // press_frames() frame by frame. Empty without SkinOptions::afferents, and before the first press. The same memory
-    // until the next call that presses. Spikes of a fibre are at least its refractory time apart. A press whose step is
-    // longer than all before it may allocate. press() refuses a dt above 65536 times a fibre's refractory time or its
-    // shortest time constant.
+    // until the next call that presses. Spikes of an afferent are at least its refractory time apart. A press whose
+    // step is longer than all before it may allocate. press() refuses a dt above 65536 times an afferent's refractory
+    // time or its shortest time constant.
     struct Spikes {
         const Spike* data;
         size_t size;
@@ -168,11 +168,11 @@ class DERMIS_API Skin {
     // The state: strains, integrals and the pressure from which the next press starts, in native byte order; under
     // parabolic hold also the pressure and the step before. Where there are sites, the pressures of cells that they do
     // not read are 0. The bytes are the same on the CPU and on Vulkan. A skin can load them into the same number of
-    // pads if it has the grid, sites, numbers of elements and springs, precision, hold, number of fibres and shear of
-    // the skin that saved them, and gives SA2 and FA2 where that skin did; its next presses then give the same bits.
-    // load() also takes states of the older version 2, for skins without parabolic hold, fibres and shear. Until the
+    // pads if it has the grid, sites, numbers of elements and springs, precision, hold, number of afferents and shear
+    // of the skin that saved them, and gives SA2 and FA2 where that skin did; its next presses then give the same bits.
+    // load() also takes states of the older version 2, for skins without parabolic hold, afferents and shear. Until the
     // next press, responses stay what they were. bytes: state_bytes(). save() and load() throw Error::bad_input, which
-    // names the first difference, a number that is not finite, or a number of a nerve fibre that no press makes, with
+    // names the first difference, a number that is not finite, or a number of an afferent that no press makes, with
     // its range, and change nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;

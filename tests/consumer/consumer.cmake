@@ -119,7 +119,7 @@ elseif(claim STREQUAL "examples")
     printed("frame 60: greatest SA1 [0-9.]+, greatest FA1 [0-9.]+\n" ${folder}/frame_by_frame)
     printed("^100 ms: 0.5 N on [0-9]+ cells, at most 1.89e\\+04 Pa; greatest FA1 [0-9.]+\n200 ms: 0.5 N" ${folder}/contacts)
     printed("^  1 ms, thumb: greatest SA1 [0-9.]+, FA1 [0-9.]+\n  1 ms, index: " ${folder}/press)
-    printed("^275 receptors\n 40 ms:  sa1 of 100 receptors, mean [0-9.]+" ${folder}/receptors)
+    printed("^275 sites\n 40 ms:  sa1 of 100 sites, mean [0-9.]+" ${folder}/receptors)
 
 # The C++ of README.md compiles without a warning and runs.
 elseif(claim STREQUAL "readme")

@@ -287,7 +287,7 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
     CHECK(refused([](Afferents& a) { a.endings = 0; }) == "afferents[0].endings = 0; allowed: 1 to 64");
     CHECK(refused([](Afferents& a) { a.endings = 65; }) == "afferents[0].endings = 65; allowed: 1 to 64");
     CHECK(refused([](Afferents& a) { a.endings = 3; }) ==
-          "afferents[0].endings = 3; allowed: a divisor of the number of receptors, 7");
+          "afferents[0].endings = 3; allowed: a divisor of the number of cells, 7");
     CHECK(refused([](Afferents& a) { a.follow = Signal::stress; }) ==
           "afferents[0].follow = \"stress\"; allowed: \"strain\", unless the skin is pressed by pressure and has one "
           "material that comes to rest");
@@ -322,15 +322,15 @@ TEST_CASE("a state with a number of a fibre that no press makes is refused; what
         return refusal(Error::Code::bad_input, [&] { skin.load(changed.data(), changed.size()); });
     };
     CHECK(refused(0, FIBRE_Y1, 3e38f).find("state = (y' = ") == 0);
-    CHECK(refused(0, FIBRE_Y0, 1e25f).find(" of nerve fibre 0); allowed: -1e+24 .. 1e+24") != std::string::npos);
-    CHECK(refused(6, FIBRE_MEMBRANE, 1.5f).find("state = (V = 1.5 of nerve fibre 6); allowed: -1e+30 .. 1") == 0);
+    CHECK(refused(0, FIBRE_Y0, 1e25f).find(" of afferent 0); allowed: -1e+24 .. 1e+24") != std::string::npos);
+    CHECK(refused(6, FIBRE_MEMBRANE, 1.5f).find("state = (V = 1.5 of afferent 6); allowed: -1e+30 .. 1") == 0);
     CHECK(refused(0, FIBRE_REST, -1e-6f).find("state = (refractory time = ") == 0);
-    CHECK(refused(0, FIBRE_REST, 0.01f).find("of nerve fibre 0); allowed: 0 .. 0.00858") != std::string::npos);
+    CHECK(refused(0, FIBRE_REST, 0.01f).find("of afferent 0); allowed: 0 .. 0.00858") != std::string::npos);
     CHECK(refused(0, FIBRE_AFTER0, 0.1f).find("(after = ") != std::string::npos);
-    CHECK(refused(0, FIBRE_AFTER1, 0.1f).find("of nerve fibre 0); allowed: 0 .. 0") != std::string::npos);
-    CHECK(refused(21, FIBRE_INPUT, 1e13f).find("of nerve fibre 20); allowed: -1e+12") !=
+    CHECK(refused(0, FIBRE_AFTER1, 0.1f).find("of afferent 0); allowed: 0 .. 0") != std::string::npos);
+    CHECK(refused(21, FIBRE_INPUT, 1e13f).find("of afferent 20); allowed: -1e+12") !=
           std::string::npos); // an ending
-    CHECK(refused(27, FIBRE_INPUT, 1e13f).find("of nerve fibre 21); allowed: -1e+12") != std::string::npos);
+    CHECK(refused(27, FIBRE_INPUT, 1e13f).find("of afferent 21); allowed: -1e+12") != std::string::npos);
     std::vector<char> after(state.size());
     skin.save(after.data(), after.size());
     CHECK(after == state);

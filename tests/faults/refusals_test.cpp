@@ -153,10 +153,10 @@ TEST_CASE("what receptors and outputs cannot be, and values of another kind, are
           "5: sites.path = \"{}line.csv\":2: line = \"sa1,1\"; allowed: 3 columns with commas between them, and "
           "decimals with a point"},
          {sites + "\"none.csv\"",
-          "5: sites.path = \"{}none.csv\": holds no receptor; allowed: lines such as sa1,12,40 below the names"},
+          "5: sites.path = \"{}none.csv\": holds no site; allowed: lines such as sa1,12,40 below the names"},
          {units + "[sites.density]\nsa1 = -1", "4: sites.density.sa1 = -1" + least_0},
          {"[grid]\nspacing = 1\n[sites.density]\nsa1 = 1e9",
-          "4: sites.density.sa1 = 1e+09; allowed: at most 1e8 receptors of a class"},
+          "4: sites.density.sa1 = 1e+09; allowed: at most 1e8 sites of a class"},
          {"[output]\nfields = [{ at = 1, what = [\"indentation\"] }]",
           "2: output.fields.what = \"indentation\"; allowed: strain, sa1, sa2, fa1, fa2, curvature, deformation; "
           "indentation is thickness*strain, and a Skin's response"},

@@ -195,7 +195,7 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
           {"type,x,y\nsa1,1.5,1\n", ":2: x = 1.5; allowed: a cell of the grid, a whole number in 0..19"},
           {"type,x,y\nsa1,1,1e99\n", ":2: y = 1e99; allowed: a cell"},
           {"type,x,y\nsa1,1,\n", ":2: y = \"\"; allowed: a finite number"},
-          {"type,x,y\n", "no receptor"},
+          {"type,x,y\n", "no site"},
           {"", "is empty; allowed: names of columns"},
           {"type,x,y,depth\nsa1,1,1,1\n", ":1: line = \"type,x,y,depth\""},
           {"type,x_m,y_m\nsa1,1e-3,1e-3\n", ":1: line = \"type,x_m,y_m\""}, // without a spacing

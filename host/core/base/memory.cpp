@@ -50,7 +50,7 @@ double bytes_of(const SkinDescription& d, const SkinOptions& options) {
 
 std::string needs_of(const SkinDescription& d, const SkinOptions& options) {
     return std::to_string(options.count) + (options.count == 1 ? " skin of " : " skins of ") + grid_text(d.grid) +
-           " and " + std::to_string(d.sites.size()) + " receptors need at least " + bytes_text(bytes_of(d, options));
+           " and " + std::to_string(d.sites.size()) + " sites need at least " + bytes_text(bytes_of(d, options));
 }
 
 } // namespace dermis::scene

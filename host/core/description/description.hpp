@@ -64,7 +64,7 @@ void check_grid(const Grid&);
 void check_surface(SkinDescription&);
 void check_lengths(SkinDescription&);
 void check_sites(const SkinDescription&);
-// Returns nerve fibres with their models and cells.
+// Returns afferents with their models and cells.
 std::vector<Afferents> validated_afferents(const SkinDescription&, std::vector<Afferents>);
 
 // Refuses a map that has another size than the grid or holds a number that is not finite.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Receptor populations, drawn at random from densities.
+// Sites, drawn at random from densities.
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
@@ -33,7 +33,7 @@ std::vector<Site> population(const Grid& grid, const Density& density, unsigned 
     double all = 0;
     for (const scene::ReceptorClass& c : scene::receptor_classes) all += std::round(density.*c.density * area);
     const auto words = [&] {
-        return "about " + shortest(all) + " receptors need " + scene::bytes_text(all * sizeof(Site));
+        return "about " + shortest(all) + " sites need " + scene::bytes_text(all * sizeof(Site));
     };
     return scene::guarded(words, [&] {
         SplitMix64 random{seed};
@@ -42,7 +42,7 @@ std::vector<Site> population(const Grid& grid, const Density& density, unsigned 
             const std::string key = std::string("sites.density.") + name(c.type);
             const double per_area = density.*c.density, count = std::round(per_area * area);
             scene::need_not_negative(key.c_str(), per_area);
-            scene::need(count <= 1e8, key.c_str(), per_area, "at most 1e8 receptors of a class");
+            scene::need(count <= 1e8, key.c_str(), per_area, "at most 1e8 sites of a class");
             for (double n = 0; n < count; ++n) {
                 const int x = random.below(grid.width);
                 sites.push_back({c.type, {x, random.below(grid.height)}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The list of keys of a skin: a row for each key of a scene file's tables that describe a skin and its nerve fibres.
+// The list of keys of a skin: a row for each key of a scene file's tables that describe a skin and its afferents.
 // Readers, ranges, units, "did you mean" and help follow from it; lab/scenes/keys.hpp has the other tables. A key of a
 // file alone, as a path, has its type in Python in place of a member, and is read in lab/scenes/scene_tables.cpp.
 #pragma once
@@ -86,10 +86,10 @@ inline constexpr auto rows<Receptors> = std::tuple{
     Key{"sa2_adaptation", &Receptors::sa2_adaptation, "s", positive, "none: SA2 is a plain integral", "of SA2"}};
 
 template <>
-inline constexpr auto rows<Density> = std::tuple{Key{"sa1", &Density::sa1, "per cm2", not_negative, "", "receptors"},
-                                                 Key{"sa2", &Density::sa2, "per cm2", not_negative, "", "receptors"},
-                                                 Key{"fa1", &Density::fa1, "per cm2", not_negative, "", "receptors"},
-                                                 Key{"fa2", &Density::fa2, "per cm2", not_negative, "", "receptors"}};
+inline constexpr auto rows<Density> = std::tuple{Key{"sa1", &Density::sa1, "per cm2", not_negative, "", "sites"},
+                                                 Key{"sa2", &Density::sa2, "per cm2", not_negative, "", "sites"},
+                                                 Key{"fa1", &Density::fa1, "per cm2", not_negative, "", "sites"},
+                                                 Key{"fa2", &Density::fa2, "per cm2", not_negative, "", "sites"}};
 
 template <>
 inline constexpr auto rows<AfterCurrent> =
@@ -111,9 +111,9 @@ inline constexpr auto rows<AfferentModel> = std::tuple{
         "up to two currents that a spike starts"}};
 template <>
 inline constexpr auto rows<Afferents> =
-    std::tuple{Key{"type", &Afferents::type, "", no_range, "", "of the fibres"},
-               Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their receptors"},
+    std::tuple{Key{"type", &Afferents::type, "", no_range, "", "of the afferents"},
+               Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their endings"},
                Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
-               Key{"endings", &Afferents::endings, "", fibre_endings, "", "receptors of each fibre"}};
+               Key{"endings", &Afferents::endings, "", fibre_endings, "", "of each afferent"}};
 
 } // namespace dermis::scene

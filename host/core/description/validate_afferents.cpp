@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The checks of nerve fibres.
+// The checks of afferents.
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/description.hpp"
 #include "host/core/description/skin_keys.hpp"
@@ -65,7 +65,7 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
         const std::string endings = at + ".endings";
         check_rows(at + ".", a);
         need(a.cells.size() % size_t(a.endings) == 0, endings.c_str(), a.endings,
-             "a divisor of the number of receptors, " + std::to_string(a.cells.size()));
+             "a divisor of the number of cells, " + std::to_string(a.cells.size()));
     }
     return all;
 }

@@ -63,7 +63,7 @@ void need_exact_fibres(const std::shared_ptr<Context>& context) {
     };
     if (!context->exact(key, same))
         throw Error(Error::Code::no_device, "afferents",
-                    context->physical().info.name + " steps nerve fibres to other bits than the CPU path; allowed: "
+                    context->physical().info.name + " steps afferents to other bits than the CPU path; allowed: "
                                                     "device cpu, or another driver");
 }
 

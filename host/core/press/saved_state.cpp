@@ -159,7 +159,7 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
                           std::to_string(bytes_of(Part(known), pads)) + " bytes");
         at += head.bytes;
     }
-    if (at == end && !parts[fibres_part]) need_same("nerve fibres", 0, has(fibres_part));
+    if (at == end && !parts[fibres_part]) need_same("afferents", 0, has(fibres_part));
     if (at == end && !parts[shear_part]) need_same("shear", 0, has(shear_part));
     for (int part = 0; part < part_count; ++part)
         if (has(part) != (parts[part] != nullptr)) return false;
@@ -181,7 +181,7 @@ StateParts<const char> SavedState::read(const void* state, size_t given, size_t 
         constexpr size_t before = sizeof(Header) + sizeof(Shape);
         if (given >= before) check(copied<Shape>(from + sizeof(Header)));
         need_same("parabolic hold", false, has(steps_part));
-        need_same("nerve fibres", false, has(fibres_part));
+        need_same("afferents", false, has(fibres_part));
         need_same("shear", false, has(shear_part));
         if (given != before + numbers) refuse_bytes(state, given, before + numbers);
         need_finite(from + before, numbers);

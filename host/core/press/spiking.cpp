@@ -73,7 +73,7 @@ void Spiking::prepare(const model::PadList& pads, const model::StepLengths& dt, 
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i) {
         if (!fibres_->prepare(dt[i]))
             scene::refuse("dt", shortest(dt[i]),
-                          "at most 65536 refractory times or shortest time constants of the nerve fibres, and "
+                          "at most 65536 refractory times or shortest time constants of the afferents, and "
                           "coefficients of their steps below 3.4e38");
         longest = std::max(longest, dt[i]);
         work += fibres_->work_of_pad() * (dt.each ? 1 : pads.count);
@@ -141,8 +141,8 @@ void Spiking::need_possible(const char* states, size_t pads) const {
                     const auto [least, greatest] = range_of(k.model, plane);
                     if (!(least <= double(x) && double(x) <= greatest))
                         scene::refuse("state",
-                                      "(" + std::string(names[plane]) + " = " + shortest(double(x)) +
-                                          " of nerve fibre " + std::to_string(fibre) + ")",
+                                      "(" + std::string(names[plane]) + " = " + shortest(double(x)) + " of afferent " +
+                                          std::to_string(fibre) + ")",
                                       shortest(least) + " .. " + shortest(greatest));
                 }
 }

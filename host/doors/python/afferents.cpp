@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nerve fibres, and what turns their input into spikes.
+// Afferents, and what turns their input into spikes.
 #include "host/doors/python/pickle.hpp"
 
 #include <nanobind/stl/array.h>
@@ -66,7 +66,7 @@ void bind_model(nb::module_& m) {
     const auto zeros = nb::make_tuple(0.0, 0.0);
     nb::class_<AfferentModel> type(
         m, "AfferentModel",
-        "How a nerve fibre turns its input q into spikes.\n\n"
+        "How an afferent turns its input q into spikes.\n\n"
         "A low-pass of 1 to 3 poles makes y of value*q + rate*q'. gains times y, y' and y''\n"
         "make the current I, and membrane_time*V' = -V + I + after. V = 1 is a spike; then\n"
         "V is reset for refractory_time. A skin or a scene checks the numbers it is given.");
@@ -102,8 +102,8 @@ void bind_model(nb::module_& m) {
 void bind_afferents(nb::module_& m) {
     bind_model(m);
     nb::class_<Afferents>(m, "Afferents",
-                          "Nerve fibres of one class, one for each receptor, or for each `endings` of them.\n\n"
-                          "Skin and Scene take a list of them: fibres are numbered from 0 on, through all its entries.")
+                          "Afferents (nerve fibres) of one class, one for each cell, or for each `endings` of them.\n\n"
+                          "Skin and Scene take a list of them, numbered from 0 on through all its entries.")
         .def(Pickled())
         .def(
             "__init__",
@@ -142,7 +142,7 @@ void bind_afferents(nb::module_& m) {
                 for (const Cell c : a.cells) cells.emplace_back(c.x, c.y);
                 return row_of<Row<nb::typed<nb::tuple, int, int>>>(cells);
             },
-            "The receptors' cells (x, y), which are cells of sites where there are sites; empty: all sites of the "
+            "The endings' cells (x, y), which are cells of sites where there are sites; empty: all sites of the "
             "class.")
         .def_prop_ro(
             "follow", [](const Afferents& a) { return scene::text_of(a.follow); },
@@ -150,8 +150,8 @@ void bind_afferents(nb::module_& m) {
             "What q is: \"strain\" of the cell, or \"stress\": its pressure over the modulus at which it comes to "
             "rest.")
         .def_ro("endings", &Afferents::endings,
-                "Receptors of each fibre, 1 to 64, taken in their order. The first ending whose V reaches 1 fires the "
-                "fibre.");
+                "Endings of each afferent, 1 to 64, taken in their order. The first one whose V reaches 1 fires the "
+                "afferent.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
         nb::arg("type"), nb::sig("def afferent_model(type: dermis._typing.ReceptorType) -> AfferentModel"),

@@ -115,7 +115,7 @@ void add_figures(nb::class_<RunOfScene>& type) {
     add("impulses", &Result::impulses, "The impulses of the load's jumps.");
     type.def_prop_ro("spikes", spikes_of_run, nb::sig("def spikes(self) -> numpy.typing.NDArray[numpy.void]"),
                      "The spikes of the scene's afferents, as an array of its own of shape (spikes,) with the fields\n"
-                     "time (float64, s) and afferent (int32, the number of the fibre); by time, then by fibre.");
+                     "time (float64, s) and afferent (int32, its number); by time, then by number.");
     add("device", &Result::device, "The device that computed.");
     add("steps", &Result::steps, "Steps of the whole skin.");
     add("seconds", &Result::seconds, "Time of stepping in s, without set-up.");
@@ -189,7 +189,7 @@ void bind_result(nb::module_& m) {
         .def("__len__", [](const RunOfScene& r) { return r.result.traces.size(); })
         .def_prop_ro("fields", fields_of,
                      "The fields of output.fields by (quantity, time in s), float64 of shape (height, width) each.")
-        .def_prop_ro("responses", responses_of, "The receptors' responses, float64 of shape (times, sites).")
+        .def_prop_ro("responses", responses_of, "The responses at the sites, float64 of shape (times, sites).")
         .def_prop_ro(
             "scene", [](const RunOfScene& r) { return r.scene; }, "The scene that was run.")
         .def_prop_ro("outcomes", outcomes_of,

@@ -160,7 +160,7 @@ void bind_scene(nb::module_& m) {
             "Metres between cells; None in a scene without dimensions.")
         .def_prop_ro("sites", sites_of,
                      nb::sig("def sites(self) -> list[tuple[dermis._typing.ReceptorType, int, int]]"),
-                     "The receptors as (type, x, y), in the order of their responses.")
+                     "The sites as (type, x, y), in the order of their responses.")
         .def_prop_ro(
             "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");
     for (const std::string name : tables) {

@@ -336,7 +336,7 @@ void bind_skin(nb::module_& m) {
             "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, count, height, width).\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.\n"
             "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
-            "steps of nerve fibres. The skin then has the state after the last whole frame, and spikes up to it; no\n"
+            "steps of afferents. The skin then has the state after the last whole frame, and spikes up to it; no\n"
             "handler may press, change or save a skin in its press.\n"
             "A strain beyond 1, which skin does not have, is a RuntimeWarning, once. It is looked for ever more "
             "rarely:\n"
@@ -378,8 +378,7 @@ void bind_skin(nb::module_& m) {
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
              nb::sig("def load(self, state: dermis._typing.AnyArray, pads: dermis._typing.Pads | None = None) -> None"),
              "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number "
-             "of a\n"
-             "nerve fibre that no press makes is refused.\n"
+             "of an\nafferent that no press makes is refused.\n"
              "pads: as in press.")
         .def("_take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),
              "As set_material, with the material of a scene, and a number for each pad by name.")

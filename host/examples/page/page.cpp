@@ -40,13 +40,13 @@ const char* page_step(double x, double y, double force) {
 // number: the number of a dermis::Quantity.
 const float* page_map(int number) { return session->map(dermis::Quantity(number)); }
 
-// How many fibres of a kind there are. kind: 0 for SA1, 1 for FA1, 2 for FA2.
+// How many afferents of a kind there are. kind: 0 for SA1, 1 for FA1, 2 for FA2.
 int page_fibres(int kind) { return session->fibres().at(size_t(kind)); }
 
 // How many spikes the last step had.
 int page_spikes() { return int(session->spikes().size); }
 
-// The number of the fibre that fired spike i of the last step.
+// The number of the afferent that fired spike i of the last step.
 int page_spike_fibre(int i) { return session->spikes()[size_t(i)].afferent; }
 // The time of spike i of the last step, s after the step's beginning.
 double page_spike_time(int i) {

@@ -32,10 +32,10 @@ SkinDescription description(const Settings& s) {
     return d;
 }
 
-// The nerve fibres of a fingertip. bench/evidence/afferents.csv has the gains of a median fibre of each class, and a
-// factor, threshold_gain. SA1 and FA1 fibres have their gains multiplied by this factor, which makes them as sensitive
-// as the fibres whose thresholds were measured. FA2 fibres have the median gains alone: they lie deeper, where less of
-// a pressure acts than on the cells here.
+// The afferents of a fingertip. bench/evidence/afferents.csv has the gains of a median afferent of each class, and a
+// factor, threshold_gain. SA1 and FA1 afferents have their gains multiplied by this factor, which makes them as
+// sensitive as the afferents whose thresholds were measured. FA2 afferents have the median gains alone: they lie
+// deeper, where less of a pressure acts than on the cells here.
 std::vector<Afferents> afferents(const Grid& grid) {
     struct Kind {
         Quantity type;

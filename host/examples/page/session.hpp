@@ -38,7 +38,7 @@ class Session {
     // One number for each cell: strain or a response. The same memory after every step.
     const float* map(Quantity quantity) const { return skin_.response(quantity).data; }
     Skin::Spikes spikes() const { return skin_.spikes(); }
-    // How many fibres there are of sa1, fa1 and fa2, which are numbered in this order.
+    // How many afferents there are of sa1, fa1 and fa2, which are numbered in this order.
     const std::vector<int>& fibres() const { return fibres_; }
     int steps() const { return steps_; }
     size_t all_spikes() const { return spikes_; } // since the beginning

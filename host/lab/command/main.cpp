@@ -156,7 +156,7 @@ void print_details(const Arguments& a, const Scene& s, const Result& r) {
     else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
     fmt::print("tau = {} s, z = dt/tau = {}\n", span(r.tau_min, r.tau_max),
                span(s.time.step / r.tau_max, s.time.step / r.tau_min));
-    if (r.model == Model::sites) return fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
+    if (r.model == Model::sites) return fmt::print("{} sites, without the rest of the skin\n", s.sites.size());
     fmt::print("greatest |l*C| = {:.4g}\n{}\n", r.greatest_gain,
                shown_estimate(r.stencil_estimate, r.greatest_curvature));
     if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);

@@ -229,7 +229,7 @@ std::string spikes_line(const Scene& s, const Result& r) {
     const std::vector<Fibre> fibres = fibres_of(s, r);
     if (fibres.empty()) return "";
     const auto most = std::ranges::max_element(fibres, {}, &Fibre::spikes);
-    return fmt::format("{} spikes of {} nerve fibres, at most {:.4g} Hz of number {}, {} at cell [{}, {}]",
+    return fmt::format("{} spikes of {} afferents, at most {:.4g} Hz of number {}, {} at cell [{}, {}]",
                        r.spikes.size(), fibres.size(), double(most->spikes) / s.time.duration, most - fibres.begin(),
                        name(most->type), shortest(most->x), shortest(most->y));
 }

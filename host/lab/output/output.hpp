@@ -29,7 +29,7 @@ std::vector<std::string> warnings(const Scene& scene, const Result&);
 // time, of all cells where the class has a trace with extremes, else of its receptors, with the receptor's cell.
 std::vector<std::string> greatest_responses(const Scene&, const Result&);
 
-// Returns a line with the number of spikes and the fibre of the greatest rate; empty without fibres.
+// Returns a line with the number of spikes and the afferent of the greatest rate; empty without afferents.
 std::string spikes_line(const Scene&, const Result&);
 
 // A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no

@@ -48,9 +48,9 @@ class Run:
     impulses: list[tuple[float, str, float]]  # time in s, quantity, mean weight in the quantity's unit times s
     fields: dict[tuple[str, float], Array]  # by quantity and time in s
     receptors: list[tuple[str, int, int]]  # class and cell
-    responses: Array  # of shape (times, receptors)
+    responses: Array  # of shape (times, sites)
     spikes: Array  # with the fields time, in s, and afferent
-    fibres: list[str]  # the class of each nerve fibre
+    fibres: list[str]  # the class of each afferent
     facts: dict[str, str]
     warnings: list[str] = dataclasses.field(default_factory=list)
     scene: str = ""  # the text of the scene; empty: not known
@@ -255,7 +255,7 @@ def surface(run: Run) -> Figure | None:
 
 
 def receptors(run: Run) -> Figure | None:
-    """Draw the receptors of each class in their places, coloured by what they answer at their peak, and over time."""
+    """Draw the sites of each class in their places, coloured by their response at its peak, and over time."""
     kinds = [kind for kind in CLASSES if any(kind == of for of, _, _ in run.receptors)]
     if not kinds or not len(run.time):
         return None
@@ -270,12 +270,12 @@ def receptors(run: Run) -> Figure | None:
         figure.colorbar(shown, ax=places)
         places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2],
                    ylim=_extent(run)[2:])
-        places.set_title(f"{len(own)} receptors, {label} at {run.time[peak]:.4g} s", fontsize=9)
+        places.set_title(f"{len(own)} sites, {label} at {run.time[peak]:.4g} s", fontsize=9)
         course.fill_between(run.time, *np.quantile(values, [0.1, 0.9], axis=1), color=CLASSES[kind], alpha=0.25,
-                            linewidth=0, label="80 % of the receptors")
+                            linewidth=0, label="80 % of the sites")
         course.plot(run.time, np.median(values, axis=1), color=CLASSES[kind], label="median")
         greatest = int(np.abs(values).max(axis=0).argmax())
-        course.plot(run.time, values[:, greatest], color="black", linewidth=0.7, label=f"receptor {own[greatest]}")
+        course.plot(run.time, values[:, greatest], color="black", linewidth=0.7, label=f"site {own[greatest]}")
         course.axvline(run.time[peak], color="grey", linewidth=0.6, linestyle="--")
         course.set(xlabel="time (s)", ylabel=label)
         course.margins(x=0)
@@ -284,7 +284,7 @@ def receptors(run: Run) -> Figure | None:
 
 
 def spikes(run: Run) -> Figure | None:
-    """Draw each spike as a dot, the fibres of a class one above the other, and the rate of each class."""
+    """Draw each spike as a dot, the afferents of a class one above the other, and the rate of each class."""
     kinds = [kind for kind in CLASSES if kind in run.fibres]
     if not kinds:
         return None
@@ -299,12 +299,12 @@ def spikes(run: Run) -> Figure | None:
     for i, kind in enumerate(kinds):
         own, count = of_kind[numbers] == i, int((of_kind == i).sum())
         raster.plot(times[own], row[numbers[own]], "|", color=CLASSES[kind], markersize=4, rasterized=own.sum() > 5000,
-                    label=f"{kind.upper()}, {count} fibres, {own.sum()} spikes")
+                    label=f"{kind.upper()}, {count} afferents, {own.sum()} spikes")
         counts, _ = np.histogram(times[own], bins)
         rate.stairs(counts / (count * np.diff(bins)), bins, color=CLASSES[kind])
-    raster.set(ylabel="nerve fibre", ylim=(-1, len(run.fibres)))
+    raster.set(ylabel="afferent", ylim=(-1, len(run.fibres)))
     raster.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
-    rate.set(xlabel="time (s)", ylabel="rate of a fibre (1/s)", xlim=(0, end))
+    rate.set(xlabel="time (s)", ylabel="rate of an afferent (1/s)", xlim=(0, end))
     return figure
 
 
@@ -432,8 +432,8 @@ CAPTIONS = {
     "traces": "Mean of all cells, probes, and the span from the least cell to the greatest.",
     "maps": "Fields of the scene.",
     "surface": "The surface of the skin as it is pressed.",
-    "receptors": "Receptors in their places when one of their class answers most, and all of them over time.",
-    "spikes": "Spikes of the nerve fibres, and how often a fibre fires.",
+    "receptors": "Sites in their places when one of their class answers most, and all of them over time.",
+    "spikes": "Spikes of the afferents (nerve fibres of the skin), and how often an afferent fires.",
     "sweep": "How results change with the values that were set.",
 }
 

@@ -31,7 +31,7 @@ void add_curvature(Sentences& all, const Scene& s, const Result& r, const Report
     if (const auto [at_border, within] = curvature_at_border(s); within > 0 && at_border > 1.2 * within)
         all.push_back(fmt::format("the surface is curved by {:.3g}/m within two cells of the border and by {:.3g}/m "
                                   "further in: a measured surface goes on as its reflection, which bends it there; "
-                                  "measure beyond the grid, or read no receptors there",
+                                  "measure beyond the grid, or read no sites there",
                                   at_border, within));
     if (report.gain.outside())
         all.push_back(fmt::format("|l*C| reaches {:.3g}: above {} responses change sign; {}", report.gain.value,

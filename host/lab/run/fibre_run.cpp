@@ -168,15 +168,15 @@ class FibreSteps {
         const double* inputs = sample.points.data() + size_t(QUANTITY_SA1) * endings_;
         if (!std::all_of(inputs, inputs + endings_, [](double q) { return std::isfinite(q); }))
             throw Error(Error::Code::bad_input, "",
-                        "the input of a nerve fibre overflows at t = " + shortest(step.time) +
+                        "the input of an afferent overflows at t = " + shortest(step.time) +
                             " s; allowed: loads and materials whose strains stay below 1.8e308");
         double dt = step.time - time_;
         if (std::abs(dt - regular_) <= 1e-9 * regular_) dt = regular_; // the constants stay
         time_ = step.time;
         if (!fibres_.prepare(dt))
             scene::refuse("time.step", shortest(dt),
-                          "at most 65536 refractory times or quarters of the shortest time constant of the nerve "
-                          "fibres, and models whose coefficients fit a double");
+                          "at most 65536 refractory times or quarters of the shortest time constant of the "
+                          "afferents, and models whose coefficients fit a double");
         fibres_.set_input(0, inputs);
         fibres_.forget_spikes();
         fibres_.press(0, 1);

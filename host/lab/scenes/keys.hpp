@@ -128,10 +128,10 @@ inline constexpr auto rows<CurvatureTable> =
                Key{"edges", &Scene::edges, "", no_range, "\"mirror\"", "the cell beyond an edge"}};
 struct SitesTable {};
 template <>
-inline constexpr auto rows<SitesTable> = std::tuple{
-    Key{"path", Special{"str | os.PathLike[str]"}, "", no_range, "none", "a table of receptors: type,x,y"},
-    Key{"density", Special{"Mapping[str, float]"}, "", no_range, "none", "receptors per cm2, class by class"},
-    Key{"seed", Special{"int"}, "", no_range, "1", "of the places that are drawn"}};
+inline constexpr auto rows<SitesTable> =
+    std::tuple{Key{"path", Special{"str | os.PathLike[str]"}, "", no_range, "none", "a table of sites: type,x,y"},
+               Key{"density", Special{"Mapping[str, float]"}, "", no_range, "none", "sites per cm2, class by class"},
+               Key{"seed", Special{"int"}, "", no_range, "1", "of the places that are drawn"}};
 
 template <>
 inline constexpr auto rows<Scene> = std::tuple{

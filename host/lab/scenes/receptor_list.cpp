@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A list of receptors in a file.
+// A list of sites in a file.
 #include "host/core/base/text.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
@@ -41,7 +41,7 @@ std::vector<Site> read_sites(const std::string& path, const Grid& grid) {
         }
         sites.push_back({*of, {cell[0], cell[1]}});
     }
-    if (sites.empty()) file.refuse_file("holds no receptor; allowed: lines such as sa1,12,40 below the names");
+    if (sites.empty()) file.refuse_file("holds no site; allowed: lines such as sa1,12,40 below the names");
     return sites;
 }
 

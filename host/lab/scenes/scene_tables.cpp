@@ -223,7 +223,7 @@ Afferents afferents_in(Section table, const Grid& grid, bool drawn) {
     read_rows<Afferents>(table, a, &grid);
     if (a.endings != 1 && drawn && !table.has("cells"))
         refuse(table.parameter("endings"), std::to_string(a.endings),
-               "1 with sites.density, which draws receptors anywhere on the pad; or give the receptors that belong "
+               "1 with sites.density, which draws sites anywhere on the pad; or give the endings that belong "
                "together by cells or sites.path");
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);

@@ -32,7 +32,7 @@ def test_a_run_is_drawn_with_a_unit_on_every_axis(runs):
     assert list(traces) == ["traces", "maps", "surface"] and list(fibres) == ["receptors", "spikes"]
     labels = set().union(*map(labels_of, [*traces.values(), *fibres.values()]))
     without = {label for label in labels if not re.search(r"\((1|s|1/s|1/s²|mm|µm)\)", label)}
-    assert without == {"nerve fibre"}
+    assert without == {"afferent"}
     for figure in [*traces.values(), *fibres.values()]:
         assert all(axes.get_xlabel() or axes.get_shared_x_axes().get_siblings(axes) != [axes]
                    or axes.get_label() == "<colorbar>" for axes in figure.axes if axes.has_data())

@@ -70,7 +70,7 @@ def test_a_measured_print_is_felt_by_its_receptors(tmp_path):
     figures = a_measured_print_with_200_receptors(tmp_path)
     assert list(figures) == ["receptors"] and (tmp_path / "out/report.html").exists()
     titles = [axes.get_title() for axes in figures["receptors"].axes if axes.get_title()]
-    assert [title.split(",")[0] for title in titles] == ["70 receptors", "105 receptors", "25 receptors"]
+    assert [title.split(",")[0] for title in titles] == ["70 sites", "105 sites", "25 sites"]
 
 
 def test_a_grating_of_1_mm_at_40_mm_per_s_vibrates_at_40_hz(tmp_path):

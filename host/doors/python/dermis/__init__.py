@@ -162,7 +162,7 @@ class Skin(_core.Skin):
     control: "pressure", or "depth": each cell is then pressed to a depth in m, and its strain is depth over thickness,
     whatever the material, and 0 where a depth would pull. No cell knows another one's. Takes no materials.
     afferents: a list of Afferents, the nerve fibres of each pad; None: the scene's. With control "depth" they follow
-    the strain. A step is then at most 65536 refractory times, or shortest time constants, of each fibre.
+    the strain. A step is then at most 65536 refractory times, or shortest time constants, of each afferent.
     shear: whether presses take tractions along the surface beside pressures, which strain the material in shear. Takes
     neither sites nor materials of maps.
     sa2_stretch: a direction (x, y) along whose stretch of the surface SA2 answers in place of the strain, with the
@@ -195,16 +195,16 @@ class Skin(_core.Skin):
     def spikes(self) -> np.ndarray[Any, np.dtype[np.void]]:
         """Return the spikes of the last call that pressed, as an array of its own of shape (spikes,).
 
-        Fields: pad, of count = (E, P) the number e*P + p, from which np.unravel_index makes (e, p); afferent, the number of the fibre, from 0 on;
-        frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the fibre fired at this share of
+        Fields: pad, of count = (E, P) the number e*P + p, from which np.unravel_index makes (e, p); afferent, its number, from 0 on;
+        frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the afferent fired at this share of
         the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
-        by fibre, by time. Empty without afferents and before the first press.
+        by afferent, by time. Empty without afferents and before the first press.
         """
         return np.frombuffer(self._spike_bytes(), SPIKE)
 
     @property
     def sites(self) -> dict[ReceptorType, np.ndarray[Any, np.dtype[np.int32]]]:
-        """The receptors of each class in the order of its response: cells as int32 of shape (sites, 2), x and y."""
+        """The sites of each class in the order of its response: cells as int32 of shape (sites, 2), x and y."""
         sites = self.scene.sites
         kinds = dict.fromkeys(kind for kind, _, _ in sites)
         return {kind: np.array([(x, y) for k, x, y in sites if k == kind], np.int32) for kind in kinds}
