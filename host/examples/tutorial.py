@@ -53,7 +53,7 @@ skin.load(state, [1])
 skin.press(pressure[:2], 1e-3, pads=[0, 1])
 print("strains:", ", ".join(f"{skin.report(pad).strain.value:.4f}" for pad in range(4)))
 
-# %% Sites, the responses of a class in single cells: one value for each.
+# %% Sites: the response of a class in single cells, one value for each.
 sites = [("sa1", 3, 4), ("fa2", 10, 12), ("sa1", 10, 12)]
 taps = dermis.Skin(dermis.Scene(grid={"width": 20, "height": 25}, sites=sites))
 taps.press(np.ones((25, 20), np.float32), 1e-3)

@@ -62,8 +62,8 @@ struct Afferents {
     int endings = 1;
 };
 
-// A spike of a press: afferent `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
-// seconds before the step ends. frame: of press_frames(), from 0 on; of one frame 0.
+// A spike of a press: an afferent of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt seconds
+// before the step ends. afferent: its number. frame: of press_frames(), from 0 on; of one frame 0.
 struct Spike {
     int pad;
     int afferent;
