@@ -328,8 +328,7 @@ TEST_CASE("a state with a number of a fibre that no press makes is refused; what
     CHECK(refused(0, FIBRE_REST, 0.01f).find("of afferent 0); allowed: 0 .. 0.00858") != std::string::npos);
     CHECK(refused(0, FIBRE_AFTER0, 0.1f).find("(after = ") != std::string::npos);
     CHECK(refused(0, FIBRE_AFTER1, 0.1f).find("of afferent 0); allowed: 0 .. 0") != std::string::npos);
-    CHECK(refused(21, FIBRE_INPUT, 1e13f).find("of afferent 20); allowed: -1e+12") !=
-          std::string::npos); // an ending
+    CHECK(refused(21, FIBRE_INPUT, 1e13f).find("of afferent 20); allowed: -1e+12") != std::string::npos); // an ending
     CHECK(refused(27, FIBRE_INPUT, 1e13f).find("of afferent 21); allowed: -1e+12") != std::string::npos);
     std::vector<char> after(state.size());
     skin.save(after.data(), after.size());
