@@ -40,6 +40,9 @@ EDITS = {
         ("fa2[i] = RESPONSE(QUANTITY_FA2);\n",
          "fa2[i] = RESPONSE(QUANTITY_FA2);\n    if (asked(QUANTITY_SA3)) sa3[i] = RESPONSE(QUANTITY_SA3);\n"),
     ],
+    "host/doors/python/pickle.hpp": [
+        ("DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2)", "DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2, sa3)"),
+    ],
     "host/lab/planner/counted_cell.hpp": [
         ("&m.rate, &m.acceleration}", "&m.rate, &m.acceleration, &m.strain}"),
     ],
