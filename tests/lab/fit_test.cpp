@@ -3,14 +3,12 @@
 // Chains from relaxations, and the command that fits them to measured curves.
 #include "dermis/scene.hpp"
 #include "host/core/base/text.hpp"
+#include "host/lab/scenes/toml.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
 #include <random>
-
-#define TOML_EXCEPTIONS 1
-#include <toml++/toml.h>
 
 using namespace test;
 namespace fs = std::filesystem;
@@ -174,8 +172,9 @@ TEST_CASE("dermis fit finds the published constants in the examples, and prints 
         CHECK(o.status == 0);
         CHECK(o.err.empty());
         CHECK(o.out.find("warning") == std::string::npos);
-        const toml::table table = toml::parse(o.out);
-        const toml::array* elements = table["material"]["elements"].as_array();
+        const toml::parse_result parsed = toml::parse(o.out);
+        REQUIRE(parsed);
+        const toml::array* elements = parsed.table()["material"]["elements"].as_array();
         REQUIRE(elements);
         std::vector<KelvinVoigt> printed;
         for (const toml::node& e : *elements)
