@@ -9,6 +9,7 @@
 #include "responses.h"
 #include "curvature.h"
 #include "reduce.h"
+#include "spread.h"
 #undef inline
 #undef precise
 #undef OF_ANY_CELL

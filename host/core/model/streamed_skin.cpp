@@ -88,6 +88,28 @@ void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::v
     scene::take_chain(s.material, chain);
 }
 
+// Sets what spreads each class that answers or has fibres, once for each depth.
+void take_depths(StreamedSkin& s) {
+    SkinDescription& d = s.skin.description;
+    std::vector<std::pair<Depth, std::shared_ptr<const Spread>>> known;
+    for (const scene::ReceptorClass& c : scene::receptor_classes) {
+        const std::optional<double> depth = d.receptors.depth.*c.depth;
+        const bool fires = std::ranges::any_of(s.afferents, [&](const Afferents& a) { return a.type == c.type; });
+        if (!depth || !(s.wanted[size_t(c.type)] || fires)) continue;
+        const Depth in_cells{*depth / s.skin.spacing(), d.receptors.kernel, d.receptors.poisson.value_or(0)};
+        if (!(in_cells.depth >= 1e-6 && in_cells.depth <= 1e6))
+            scene::refuse("receptors.depth." + std::string(name(c.type)), shortest(*depth),
+                          "0, or " + shortest(1e-6 * s.skin.spacing()) + " .. " + shortest(1e6 * s.skin.spacing()) +
+                              ", a millionth and a million times grid.spacing");
+        auto one = std::ranges::find_if(known, [&](const auto& k) { return k.first == in_cells; });
+        if (one == known.end())
+            one = known.insert(one, {in_cells, std::make_shared<const Spread>(
+                                                   spread_of(in_cells, s.skin.width(), s.skin.height()))});
+        s.spread[size_t(c.type)] = one->second;
+    }
+    if (s.deep()) s.picked = std::exchange(d.sites, {});
+}
+
 // Refuses fibres that follow a stress where no cell, or no single material, comes to rest.
 void check_followed(const SkinDescription& d, const SkinOptions& options, bool uniform) {
     const std::vector<Element> chain = scene::chain_of(d.material);
@@ -113,13 +135,20 @@ Variant StreamedSkin::variant() const {
             .wanted = wanted};
 }
 
+StreamedSkin signals_of(const StreamedSkin& s) {
+    StreamedSkin signals = s;
+    f64::Constants& c = signals.skin.constants;
+    if (c.curvature_length != 0) signals.wanted[QUANTITY_SA1] = true; // from the strain follows the gain
+    c.curvature_length = 0, c.gain_plus = 1, c.gain_minus = -1;
+    signals.spread = {};
+    return signals;
+}
+
 StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions& options, int threads) {
     const std::vector<Quantity> asked = asked_responses(description, options);
     if (options.precision == Precision::f64)
         scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
     check_pads(description, options);
-    if (scene::has_depth(description.receptors))
-        scene::refuse("receptors.depth", "(given)", "none in a skin pressed frame by frame; scenes have it");
     if (scene::follows_stress(description.receptors))
         scene::refuse("receptors.follow", "\"stress\"", "\"strain\" in a skin pressed frame by frame");
     StreamedSkin s;
@@ -135,6 +164,7 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     check_float(s.skin);
     s.afferents = scene::validated_afferents(validated, options.afferents);
     check_followed(validated, options, s.skin.uniform());
+    take_depths(s);
     s.hold = options.hold;
     s.pads = options.count;
     for (size_t i = 0; i < options.materials.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include "dermis/skin.hpp"
 #include "host/core/model/skin.hpp"
+#include "host/core/model/spread.hpp"
 
 #include <cstring>
 #include <span>
@@ -19,8 +20,16 @@ struct StreamedSkin {
     int pads = 1;                         // the number of skins of this description that are pressed together
     std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have the elements of `skin`
     std::vector<Afferents> afferents;     // of each pad
+    // By class: what spreads it to the depth of its receptors; null: they answer to their cell.
+    std::array<std::shared_ptr<const Spread>, REDUCED_MAPS> spread;
+    std::vector<Site> picked; // of a skin with depths: the sites, whose responses are picked from fields
+    bool deep() const {
+        return std::ranges::any_of(spread, [](const auto& s) { return s != nullptr; });
+    }
     Variant variant() const;
 };
+// The skin whose responses are the signals themselves, as they are at the surface.
+StreamedSkin signals_of(const StreamedSkin&);
 // Throws Error::bad_input. threads: as for Device::cpu.
 StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&, int threads = 0);
 // Returns the elements in series of a pad's own material. Throws Error::bad_input naming `parameter` where a skin of

@@ -34,6 +34,7 @@ constexpr int lanes = int(sizeof(Wide) / sizeof(scalar)), line = 64 / int(sizeof
 #include "kernels/responses.h"
 #include "kernels/curvature.h"
 #include "kernels/reduce.h"
+#include "kernels/spread.h"
 // clang-format on
 #undef precise
 #undef OF_ANY_CELL

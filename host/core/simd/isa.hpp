@@ -158,6 +158,38 @@ template <class K> struct FibreArguments {
     typename K::FibreEntry* spikes; // room for one in each of these substeps of each ending
 };
 
+// Rows of nodes (kernels/spread.h). `beside` numbers belong to a node, of pads whose nodes stand side by side: 1, or
+// Loops::beside. Rows of levels have zeros around them: 16 nodes, or 8 of pads side by side.
+
+// Arguments of a row of a coarser level.
+template <class K> struct HalveRow {
+    using real = typename K::real;
+    const real* row[7]; // of the finer level, from its first node on; zeros for a row that it does not have
+    int low, high;      // its first and last node
+    int coarse_low, count;
+    int beside;
+    real *column, *even, *odd; // room of the caller's: zeros in front of it, and two rows more behind it
+    real* to;
+};
+
+constexpr int most_radius = 7;
+// Arguments of a row that comes up: stencil, coarser level, answer.
+template <class K> struct SpreadRow {
+    using real = typename K::real;
+    int count; // nodes
+    int beside;
+    int radius; // of the stencil; -1: there is none
+    const real* weight; // (radius + 1)^2
+    const real* here;   // the level's own row as it went down
+    const real *low[most_radius + 1], *high[most_radius + 1]; // [b]: b rows before and behind it
+    real* fold[most_radius + 1];                              // room of the caller's
+    const real* wide[4]; // rows of the coarser level from widen_row(), from the first node on; null: there is none
+    bool odd;            // the row lies between wide[1] and wide[2]
+    int quantity;        // its number in kernels/layout.h, if the row answers; 0: it is stored as it is
+    const real* gain;    // null: 1
+    real* to;
+};
+
 template <class K> struct Loops {
     using real = typename K::real;
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
@@ -172,6 +204,17 @@ template <class K> struct Loops {
     int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
     // Presses fibres. Returns the number of spikes, which come in the order of their fibres, then of time.
     int (*press_fibres)(const FibreArguments<K>&);
+    int beside; // pads that stand side by side
+    void (*halve_row)(const HalveRow<K>&);
+    // Writes 2*pairs nodes between and at the nodes of a row, from node 0 of `from` on.
+    void (*widen_row)(const real* from, int pairs, int beside, real* to);
+    void (*spread_row)(const SpreadRow<K>&, const typename K::Constants&);
+    // Writes gain_at() of a row of cells; the rest curvature is the same for all pads.
+    void (*gain_row)(const RowNeighbours<real>& strain, int beside, const real* rest_curvature,
+                     const typename K::Constants&, real* gain);
+    // Copy maps of `beside` pads, `count` numbers each, to where they stand side by side, and back.
+    void (*to_beside)(const real* const* pads, int count, real* to);
+    void (*from_beside)(const real* from, int count, real* const* pads);
 };
 
 // One instruction set.

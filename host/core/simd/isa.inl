@@ -69,6 +69,8 @@ inline real abs(real x) { return __builtin_fabsf(x); }
 
 #include "host/core/simd/fibres.inl"
 
+#include "host/core/simd/spread.inl"
+
 #include "host/core/simd/pads.inl"
 } // namespace loops_f32
 
@@ -81,6 +83,8 @@ inline real abs(real x) { return __builtin_fabs(x); }
 #include "host/core/simd/blocks.inl"
 
 #include "host/core/simd/fibres.inl"
+
+#include "host/core/simd/spread.inl"
 } // namespace loops_f64
 
 // Adds to a column's sum.
@@ -167,13 +171,27 @@ const Isa DERMIS_ISA = {
                .respond = loops_f32::respond,
                .join_tiles = loops_f32::join_tiles,
                .step_rows = loops_f32::step_rows,
-               .press_fibres = loops_f32::fibres::press},
+               .press_fibres = loops_f32::fibres::press,
+               .beside = loops_f32::blocks::lanes,
+               .halve_row = loops_f32::halve_row,
+               .widen_row = loops_f32::widen_row,
+               .spread_row = loops_f32::spread_row,
+               .gain_row = loops_f32::gain_row,
+               .to_beside = loops_f32::to_beside,
+               .from_beside = loops_f32::from_beside},
     .in_f64 = {.laplacian = loops_f64::laplacian,
                .advance = loops_f64::advance,
                .respond = loops_f64::respond,
                .join_tiles = loops_f64::join_tiles,
                .step_rows = loops_f64::step_rows,
-               .press_fibres = loops_f64::fibres::press},
+               .press_fibres = loops_f64::fibres::press,
+               .beside = loops_f64::blocks::lanes,
+               .halve_row = loops_f64::halve_row,
+               .widen_row = loops_f64::widen_row,
+               .spread_row = loops_f64::spread_row,
+               .gain_row = loops_f64::gain_row,
+               .to_beside = loops_f64::to_beside,
+               .from_beside = loops_f64::from_beside},
     .respond_pads = loops_f32::respond_pads,
     .moments = moments,
     .means = means,

@@ -18,6 +18,7 @@ inline real mix(real a, real b, bool second) { return second ? b : a; }
 #include "kernels/responses.h"
 #include "kernels/curvature.h"
 #include "kernels/reduce.h"
+#include "kernels/spread.h"
 // clang-format on
 #undef precise
 #undef OF_ANY_CELL

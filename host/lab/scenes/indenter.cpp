@@ -3,7 +3,7 @@
 // in every material: the maps made here are strains, to be multiplied by Load::intensity.
 #include "host/lab/scenes/waveform.hpp"
 
-#include "host/lab/scenes/quadrature.hpp"
+#include "host/core/base/quadrature.hpp"
 #include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/schedule/half_space.hpp"
 
-#include "host/lab/scenes/quadrature.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #define kissfft dermis_kissfft // a host may have another version
 #include <kissfft/kissfft.hh>
@@ -15,37 +12,6 @@ namespace dermis::model {
 namespace {
 
 using Complex = std::complex<long double>;
-
-// What acts at a point, a and b meters beside a point force, per unit of the force, 1/m^2: of the distance rho,
-// far/rho^5 - near/rho^3.
-struct PointForce {
-    long double square, near, far;
-    explicit PointForce(const Depth& d) {
-        const long double z = d.depth, nu = d.poisson, pi = std::numbers::pi_v<long double>,
-                          of = d.kernel == Receptors::Kernel::stress ? 1 : 1 + nu;
-        square = z * z, far = of * 3 * z * z * z / (2 * pi);
-        near = d.kernel == Receptors::Kernel::stress ? 0 : of * nu * z / pi;
-    }
-    long double operator()(long double a, long double b) const {
-        const long double inverse = 1 / (a * a + b * b + square);
-        return inverse * std::sqrt(inverse) * (far * inverse - near);
-    }
-};
-
-// What a square of side h, whose middle is x and y meters away, adds per unit of its pressure. What acts varies over
-// lengths of the distance, so that a rule is exact for a square that is not near; one that is near is four.
-long double of_square(long double x, long double y, long double h, const PointForce& below) {
-    const long double away = std::sqrt(x * x + y * y + below.square) / h, q = h / 4;
-    if (away < 2)
-        return of_square(x - q, y - q, h / 2, below) + of_square(x + q, y - q, h / 2, below) +
-               of_square(x - q, y + q, h / 2, below) + of_square(x + q, y + q, h / 2, below);
-    const Rule<long double> rule = away < 4    ? Rule<long double>(sixteen_points<long double>)
-                                   : away < 80 ? Rule<long double>(eight_points<long double>)
-                                               : Rule<long double>(four_points<long double>);
-    return integral(rule, y - h / 2, h, [&](long double b) {
-        return integral(rule, x - h / 2, h, [&](long double a) { return below(a, b); });
-    });
-}
 
 // The least number >= n without prime factors above 5.
 size_t smooth(size_t n) {
@@ -118,7 +84,7 @@ class Plane {
 HalfSpace::HalfSpace(const Grid& grid, const Depth& depth)
     : depth_(depth), width_(grid.width), height_(grid.height), weights_(size_t(grid.width) * size_t(grid.height)) {
     const long double h = *grid.spacing;
-    const PointForce below(depth);
+    const PointForce<long double> below(depth);
     for (int y = 0; y < height_; ++y)
         for (int x = 0; x < width_; ++x) {
             const double w = double(of_square(x * h, y * h, h, below)), of = (x == 0 ? 1 : 2) * (y == 0 ? 1 : 2);

@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The stress at a depth below a grid of pressed cells: of an even elastic half-space, whose vertical stress under a
-// given pressure does not depend on the modulus, nor on time where the modulus relaxes evenly.
+// The stress at a depth below a grid of pressed cells, as sums over all cells and by Fourier transforms.
 #pragma once
 
-#include "dermis/description.hpp"
 #include "host/core/base/pool.hpp"
+#include "host/core/model/spread.hpp"
 
 #include <limits>
 
 namespace dermis::model {
-
-// A depth, and what acts there.
-struct Depth {
-    double depth;             // m, > 0
-    Receptors::Kernel kernel; // the vertical stress, or the vertical strain times the modulus
-    double poisson;           // Poisson's ratio; ignored for the stress
-    bool operator==(const Depth&) const = default;
-};
 
 // The pressures at a depth that evenly pressed cells cause, cell by cell: integrals over squares (Love 1929).
 class HalfSpace {

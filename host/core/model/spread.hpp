@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// What evenly pressed cells cause at a depth of an even elastic half-space, whose vertical stress under a given pressure
+// does not depend on the modulus, nor on time where the modulus relaxes evenly; and the pyramid of nodes that spreads
+// maps to that depth (kernels/spread.h).
+#pragma once
+
+#include "dermis/description.hpp"
+#include "host/core/base/quadrature.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+namespace dermis::model {
+
+// A depth, and what acts there.
+struct Depth {
+    double depth;             // m, > 0
+    Receptors::Kernel kernel; // the vertical stress, or the vertical strain times the modulus
+    double poisson;           // Poisson's ratio; ignored for the stress
+    bool operator==(const Depth&) const = default;
+};
+
+// What acts at a point, a and b meters beside a point force, per unit of the force, 1/m^2: of the distance rho,
+// far/rho^5 - near/rho^3.
+template <class T> struct PointForce {
+    T square, near, far;
+    explicit PointForce(const Depth& d) {
+        const T z = d.depth, nu = d.poisson, pi = std::numbers::pi_v<T>,
+                of = d.kernel == Receptors::Kernel::stress ? 1 : 1 + nu;
+        square = z * z, far = of * 3 * z * z * z / (2 * pi);
+        near = d.kernel == Receptors::Kernel::stress ? 0 : of * nu * z / pi;
+    }
+    T operator()(T a, T b) const {
+        const T inverse = 1 / (a * a + b * b + square);
+        return inverse * std::sqrt(inverse) * (far * inverse - near);
+    }
+};
+
+// What a square of side h, whose middle is x and y meters away, adds per unit of its pressure (Love 1929). What acts
+// varies over lengths of the distance, so that a rule is exact for a square that is not near; one that is near is four.
+template <class T> T of_square(T x, T y, T h, const PointForce<T>& below) {
+    const T away = std::sqrt(x * x + y * y + below.square) / h, q = h / 4;
+    if (away < 2)
+        return of_square(x - q, y - q, h / 2, below) + of_square(x + q, y - q, h / 2, below) +
+               of_square(x - q, y + q, h / 2, below) + of_square(x + q, y + q, h / 2, below);
+    const Rule<T> rule = away < 4    ? Rule<T>(sixteen_points<T>)
+                         : away < 80 ? Rule<T>(eight_points<T>)
+                                     : Rule<T>(four_points<T>);
+    return integral(rule, y - h / 2, h,
+                    [&](T b) { return integral(rule, x - h / 2, h, [&](T a) { return below(a, b); }); });
+}
+
+// The nodes of a level along an axis: node i of level l is at cell i*2^l. A coarser level has every node that the finer
+// nodes, and so the cells of the grid, reach.
+struct Nodes {
+    int low, high;
+    int count() const { return high - low + 1; }
+    Nodes coarser() const { return {-((3 - low) >> 1), (high + 3) >> 1}; }
+};
+
+// A level of the pyramid. weights: of the stencil, (radius + 1)^2, [b*(radius + 1) + a] for nodes a along a row and b
+// across rows away; none where radius is -1.
+struct SpreadLevel {
+    Nodes x, y;
+    int radius = -1;
+    std::vector<double> weights;
+};
+
+// The levels on a grid, level 0 first. Spread values differ from the sums over all cells by at most `spread_error` of
+// the greatest |value| spread, at every depth (tests/core/spread_test.cpp).
+using Spread = std::vector<SpreadLevel>;
+constexpr double spread_error = 1e-3;
+
+// Fits the weights, which have the same bits on every machine. On grids of up to 8 x 8 cells they are the sums' own.
+// depth: in cells, for squares of side 1.
+Spread spread_of(const Depth& depth, int width, int height);
+
+} // namespace dermis::model
