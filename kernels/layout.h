@@ -49,7 +49,8 @@
 #define VARIANT_GROUP_Y 11
 #define VARIANT_GROUP_Z 12
 #define VARIANT_HOLD 13 // 1: the pressure bends from frame to frame, and the table has two Coefficients for each element
-#define VARIANT_CONSTANTS 14
+#define VARIANT_MARGIN 14 // responses are signals, in maps with so many zeros around them: 0 or SPREAD_MARGIN
+#define VARIANT_CONSTANTS 15
 
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1
@@ -152,6 +153,42 @@ struct SiteConstants {
     int first_cell, cells; // the cells of this window of rows: first and number
     int first_site, sites; // its receptors: first and number
     Constants c;           // last, at a multiple of 16 bytes: HLSL can pack no member behind a struct of 108 bytes
+};
+
+#define SPREAD_FROM 0
+#define SPREAD_TO 1
+#define SPREAD_WEIGHTS 2
+#define SPREAD_REST_CURVATURE 3
+#define SPREAD_RESPONSE 4
+#define SPREAD_PADS 5
+#define SPREAD_BINDINGS 6
+// Maps of nodes have so many zeros on each side, behind the next multiple of 4 nodes along a row.
+#define SPREAD_MARGIN 8
+// Specialization constants of halve and spread.
+#define SPREAD_RADIUS 0  // of the level's stencil; -1: it has none
+#define SPREAD_COARSER 1 // 1: there is a coarser level
+#define SPREAD_ANSWERS 2 // 1: level 0 answers, into the response
+#define SPREAD_STENCIL 3 // as VARIANT_STENCIL, VARIANT_EDGES and VARIANT_PADS
+#define SPREAD_EDGES 4
+#define SPREAD_OF_PADS 5
+#define SPREAD_GROUP_X 6 // size of a workgroup
+#define SPREAD_GROUP_Y 7
+#define SPREAD_GROUP_Z 8
+#define SPREAD_CONSTANTS 9
+
+// A level in a map of nodes: floats from its beginning, in the first pad, and from row to row and pad to pad.
+struct NodeMap {
+    int first, pitch, pad;
+};
+struct SpreadConstants {
+    NodeMap fine, coarse;
+    int to;                          // beginning of the map that is written, like the fine or, by halve, the coarse one
+    int x_low, x_high, y_low, y_high; // its nodes
+    int weights;                     // index of the level's first weight
+    int quantity;                    // what answers
+    int strain;                      // beginning of the strain's map, like level 0; -1: the gain is 1
+    int width, height, pitch;        // cells of responses
+    scalar bend, curvature_length, gain_plus, gain_minus; // as in Constants
 };
 
 struct ReduceConstants {

@@ -35,7 +35,8 @@ layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; 
 // The same material as scalars.
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
-// The invocation's pad: its first cell in a map, and the index of its first coefficients.
+// The invocation's pad: its number, its first cell in a map, and the index of its first coefficients.
+int pad_number = 0;
 int pad_start = 0;
 int pad_table = 0;
 
@@ -175,6 +176,17 @@ vec4 laplacian_along_y(int x, int y, vec4 here) {
                       far ? strains(x, a.far_high) : here, a, STENCIL);
 }
 
+// The vec4 index of a signal in a map with a margin (spread.h).
+int in_margin(int x, int y) {
+    int pitch = ((c.width + 3) & ~3) + 2 * MARGIN;
+    return ((pad_number * (c.height + 2 * MARGIN) + y + MARGIN) * pitch + x + MARGIN) >> 2;
+}
+
+// 0 beyond the width.
+vec4 of_width(vec4 v, int x) {
+    return mix(v, vec4(0.0), greaterThanEqual(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width)));
+}
+
 void count(vec4 pressure, int x) {
     bvec4 bad = not(finite(pressure));
     if (!any(bad)) return;
@@ -189,6 +201,7 @@ void main() {
     if (PADS != 0) {
         PadEntry pad = pads[gl_GlobalInvocationID.z];
         if (pad.pad < 0) return;
+        pad_number = pad.pad;
         pad_start = pad.pad * c.height * c.pitch;
         pad_table = pad.table;
     }
@@ -202,9 +215,16 @@ void main() {
     if (FRAMES != 0) count(pressure, x);
     if (c.respond == 0 || RESPONSES == 0) return;
 
-    vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
-    vec4 gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
-#define RESPONSE(quantity) answer(quantity, signal(quantity, m, step.integral), gain, c)
+    vec4 gain = vec4(1.0);
+    if (MARGIN == 0) {
+        vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
+        gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
+    } else {
+        i = in_margin(x, y);
+    }
+#define SIGNAL(quantity) signal(quantity, m, step.integral)
+#define RESPONSE(quantity) \
+    (MARGIN == 0 ? answer(quantity, SIGNAL(quantity), gain, c) : of_width(response(SIGNAL(quantity), gain), x))
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);

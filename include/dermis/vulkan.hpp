@@ -93,12 +93,15 @@ struct MemoryNeeds {
                      // sites, in cells that sites read). A press takes such a pressure as 0. The host may clear the
                      // count.
     Memory check;    // for record_check
+    Memory scratch;  // float; 0 bytes without Receptors::depth. A press works in it, and expects the zeros that it had.
+                     // Presses that run one after another may share it.
 };
 
 // The memory of a press. No ranges may overlap, except that ranges that are only read may overlap each other, and that
 // pressure_from and pressure_to may be the same range: the pressure is then held.
 struct Buffers {
     VkDescriptorBufferInfo constants, state_from, state_to, pressure_from, pressure_to, response, invalid;
+    VkDescriptorBufferInfo scratch{}; // none without Receptors::depth
 };
 
 // The result of SkinProgram::bind, valid as long as its program.

@@ -26,9 +26,8 @@ template <class K>
 Spreading<K>::Spreading(const model::PreparedSkin& skin, std::vector<Class> classes, size_t pitch, size_t pads,
                         bool gained, int threads, const simd::Isa& isa)
     : classes_(std::move(classes)), loops_(isa.of<K>()), width_(skin.width()), height_(skin.height()),
-      stencil_(skin.stencil), edges_(skin.edges), pitch_(pitch),
-      constants_(model::constants_of<K>(skin, skin.whole())), rest_pitch_(size_t(skin.pitch)),
-      pool_(simd::useful_threads(4 * skin.cells() * pads, threads)) {
+      stencil_(skin.stencil), edges_(skin.edges), pitch_(pitch), constants_(model::constants_of<K>(skin, skin.whole())),
+      rest_pitch_(size_t(skin.pitch)), pool_(simd::useful_threads(4 * skin.cells() * pads, threads)) {
     if (gained && constants_.curvature_length != 0) rest_ = model::padded_rest_curvature<real>(skin);
     for (const Class& c : classes_) {
         std::vector<std::vector<real>>& levels = weights_.emplace_back();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Spreads maps of pads to the depths of receptors, where they answer: the passes of kernels/spread.h, in K = f32 or f64.
-// Threads share the rows of one pad; of many pads each thread takes whole ones, small pads side by side.
+// Spreads maps of pads to the depths of receptors, where they answer: the passes of kernels/spread.h, in K = f32 or
+// f64. Threads share the rows of one pad; of many pads each thread takes whole ones, small pads side by side.
 #pragma once
 
 #include "host/core/base/pool.hpp"
@@ -69,7 +69,7 @@ template <class K> class Spreading {
     const int width_, height_, stencil_, edges_;
     const size_t pitch_;
     const typename K::Constants constants_;
-    std::vector<real> rest_; // curvature at rest, padded; empty: the gain is 1
+    std::vector<real> rest_;                              // curvature at rest, padded; empty: the gain is 1
     std::vector<std::vector<std::vector<real>>> weights_; // [class][level]
     size_t rest_pitch_;
     simd::Pool pool_;

@@ -39,7 +39,8 @@ class VulkanBackend : public model::Backend {
     }
     bool exact(const model::StreamedSkin& skin) override {
         std::vector<uint32_t> key = specialization(skin.variant());
-        key.push_back(!skin.skin.description.sites.empty());
+        for (const auto& spread : skin.spread) key.push_back(spread ? uint32_t(spread->size()) : 0);
+        key.push_back(!skin.sites().empty());
         return context_->exact(key, [&] { return presses_exactly(*this, skin); });
     }
     std::unique_ptr<model::FibrePopulation<f32>> fibres(const std::vector<model::FibreKind>& kinds,

@@ -56,6 +56,12 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const 
 SampleStream::SampleStream(const Options& v) {
     SkinDescription d = sample_skin(v.stencil, v.edges, v.materials, v.chain);
     if (!v.gains) d.receptors.fa2_gains = {1, -1};
+    if (v.depth.sa1 || v.depth.sa2 || v.depth.fa1 || v.depth.fa2) {
+        d.grid.spacing = 1; // m, as it counts without
+        for (auto* one : {&d.surface.relief, &d.material.thickness, &d.material.curvature_length}) *one = 1; // likewise
+        d.receptors.depth = v.depth;
+        d.receptors.kernel = v.kernel;
+    }
     SkinOptions options;
     options.precision = v.precision;
     options.responses.clear();
@@ -70,16 +76,25 @@ SampleStream::SampleStream(const Options& v) {
     layout_ = response_layout_of(streamed_);
 }
 
+static Depths in_cells(const model::StreamedSkin& s) {
+    Depths depth;
+    for (const scene::ReceptorClass& c : scene::receptor_classes)
+        if (const auto& given = s.skin.description.receptors.depth.*c.depth) depth.*c.depth = *given / s.skin.spacing();
+    return depth;
+}
+
 SampleStream::SampleStream(const model::StreamedSkin& like)
     : SampleStream({.stencil = *like.skin.description.stencil,
                     .edges = *like.skin.description.edges,
                     .precision = like.precision,
                     .materials = !like.skin.uniform(),
-                    .sites = !like.skin.description.sites.empty(),
+                    .sites = !like.sites().empty(),
                     .pads = like.pads > 1,
                     .hold = like.hold,
                     .chain = like.skin.chain,
-                    .wanted = like.wanted}) {}
+                    .wanted = like.wanted,
+                    .depth = in_cells(like),
+                    .kernel = like.skin.description.receptors.kernel}) {}
 
 std::vector<std::vector<float>> SampleStream::pressures() const {
     std::vector<std::vector<float>> all = {std::vector<float>(streamed_.skin.padded_cells() * size_t(streamed_.pads))};
@@ -96,7 +111,7 @@ std::vector<std::vector<float>> SampleStream::pressures() const {
 
 std::array<size_t, 2> SampleStream::read_cells() const {
     const auto at = [&](Cell c) { return size_t(c.y) * size_t(streamed_.skin.pitch) + size_t(c.x); };
-    const std::vector<Site>& sites = streamed_.skin.description.sites;
+    const std::vector<Site>& sites = streamed_.sites();
     if (sites.empty()) return {at({3, 2}), at({66, 12})};
     return {at(sites[0].cell), at(sites[1].cell)};
 }
@@ -108,7 +123,7 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
 std::vector<std::vector<float>> SampleStream::pressed(model::Stream& stream,
                                                       const std::vector<std::vector<float>>& pressures) const {
     const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch),
-                 row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
+                 row = streamed_.sites().empty() ? width : 0; // of responses
     const model::PadList pads{.count = size_t(streamed_.pads)};
     std::vector<std::vector<float>> all;
     std::vector<double> before(pads.count);
@@ -136,7 +151,7 @@ std::vector<std::vector<float>> SampleStream::pressed(model::Stream& stream,
 }
 
 bool SampleStream::same(const float* a, const float* b) const {
-    const bool fields = streamed_.skin.description.sites.empty();
+    const bool fields = streamed_.sites().empty();
     const size_t pitch = size_t(streamed_.skin.pitch), width = size_t(streamed_.skin.width());
     for (const model::ResponseLayout::Range& r : layout_.of)
         for (size_t k = 0; k < r.count; ++k) {

@@ -29,6 +29,8 @@ class SampleStream {
         bool gains = true;  // FA2's
         model::Chain chain; // elements in series, at most 10
         model::Wanted wanted = every;
+        Depths depth; // of classes, in cells
+        Receptors::Kernel kernel = Receptors::Kernel::stress;
     };
     explicit SampleStream(const Options&);
     // Makes a sample that runs the same kernels as another skin.

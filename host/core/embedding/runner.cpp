@@ -17,7 +17,8 @@ VkDescriptorBufferInfo info(const Buffer& b) { return {b.handle(), 0, b.bytes()}
 SkinProgram fitting(Context& context, const model::StreamedSkin& skin) {
     SkinProgram program = program_of(context, skin, 2);
     const MemoryNeeds& n = program.memory();
-    const VkDeviceSize all = n.constants.bytes + 2 * n.state.bytes + 2 * n.pressure.bytes + n.response.bytes;
+    const VkDeviceSize all =
+        n.constants.bytes + 2 * n.state.bytes + 2 * n.pressure.bytes + n.response.bytes + n.scratch.bytes;
     if (all > context.heap_bytes())
         throw Error(Error::Code::bad_input, "grid.width",
                     "a skin of " + std::to_string(skin.skin.width()) + " x " + std::to_string(skin.skin.height()) +
@@ -35,8 +36,8 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const model::StreamedSk
       constants_(on_device(program_.memory().constants)), state_{on_device(program_.memory().state),
                                                                  on_device(program_.memory().state)},
       pressure_{on_device(program_.memory().pressure), on_device(program_.memory().pressure)},
-      response_(on_device(program_.memory().response)),
-      invalid_(on_device(program_.memory().invalid)), upload_{on_host(together_ * frame_bytes()),
+      response_(on_device(program_.memory().response)), invalid_(on_device(program_.memory().invalid)),
+      scratch_(on_device(program_.memory().scratch)), upload_{on_host(together_ * frame_bytes()),
                                                               on_host(together_ * frame_bytes())},
       download_(on_host(program_.memory().response.bytes)), recordings_{Recording(*context_), Recording(*context_)},
       tables_(skin, skin.skin.materials), pad_(pads_), numbers_(pads_), steps_(pads_) {
@@ -50,10 +51,13 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const model::StreamedSk
                                       .pressure_from = info(pressure_[i]),
                                       .pressure_to = info(pressure_[1 - i]),
                                       .response = info(response_),
-                                      .invalid = info(invalid_)});
+                                      .invalid = info(invalid_),
+                                      .scratch = info(scratch_)});
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-        if (!sites_ && width_ != pitch_ && skin.wanted[q])
+        if (skin.sites().empty() && width_ != pitch_ && skin.wanted[q])
             dense_[q - QUANTITY_SA1].resize(pads_ * width_ * size_t(height_));
+    context_->calls().vkCmdFillBuffer(recording().begin(), scratch_.handle(), 0, VK_WHOLE_SIZE, 0);
+    recording().submit();
     reset({.count = pads_});
 }
 

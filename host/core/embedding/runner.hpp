@@ -59,7 +59,7 @@ class SkinRunner : public model::Stream {
     SkinProgram program_;
     const size_t together_; // the frames that are pressed in one submission, at most
     // Cells beyond the width stay 0 in an upload, which holds so many frames.
-    Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_[2], download_;
+    Buffer constants_, state_[2], pressure_[2], response_, invalid_, scratch_, upload_[2], download_;
     // A press whose responses nobody reads is not waited for: the next one takes the other upload and recording. They
     // end before what they use.
     Recording recordings_[2];

@@ -152,6 +152,10 @@ SelfTest self_test(model::Backend& backend) {
         kind.options.sites = true;
         compare_presses(test.kernels[SelfTest::sites], backend, SampleStream(kind.options));
     }
+    // Level 0 with a stencil, levels without, and a class at the surface.
+    for (const bool pads : {false, true})
+        compare_presses(test.kernels[SelfTest::spread], backend,
+                        SampleStream({.pads = pads, .depth = {3, 11, {}, 20}, .kernel = Receptors::Kernel::strain}));
     SelfTest::Kernel& others = test.kernels[SelfTest::others];
     for (const Kind& kind : {Kind{{.gains = false}},
                              {{.gains = false}, true},

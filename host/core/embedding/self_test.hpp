@@ -21,8 +21,8 @@ struct SelfTest {
     };
     // others: what the samples of the first three leave out: FA2 without gains, the CPU's double, and means, least and
     // greatest values against sums over the maps. Its hash leaves out double, which devices do not have.
-    enum { press, reduce, sites, others };
-    Kernel kernels[4] = {{"press"}, {"reduce"}, {"sites"}, {"others"}};
+    enum { press, reduce, sites, spread, others };
+    Kernel kernels[5] = {{"press"}, {"reduce"}, {"sites"}, {"spread"}, {"others"}};
     bool exact() const {
         return std::all_of(std::begin(kernels), std::end(kernels), [](auto& k) { return k.different == 0; });
     }

@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace dermis::vulkan {
 namespace {
@@ -21,9 +22,9 @@ using scene::refuse;
 constexpr int presses = SampleStream::presses;
 
 // The offsets in the buffer range of a check: constants, two states, three pressures, a response for each press, and
-// the count of pressures that were not finite.
+// the count of pressures that were not finite, and scratch memory.
 struct CheckLayout {
-    VkDeviceSize constants = 0, state[2], pressure[presses + 1], response[presses], invalid = 0, end = 0;
+    VkDeviceSize constants = 0, state[2], pressure[presses + 1], response[presses], invalid = 0, scratch = 0, end = 0;
 
     explicit CheckLayout(const MemoryNeeds& n) {
         constants = append(n.constants);
@@ -31,6 +32,7 @@ struct CheckLayout {
         for (VkDeviceSize& at : pressure) at = append(n.pressure);
         for (VkDeviceSize& at : response) at = append(n.response);
         invalid = append(n.invalid);
+        scratch = append(n.scratch);
     }
 
   private:
@@ -77,7 +79,8 @@ class DeviceCheck {
                                        .pressure_from = range_at(l.pressure[i], n.pressure),
                                        .pressure_to = range_at(l.pressure[i + 1], n.pressure),
                                        .response = range_at(l.response[i], n.response),
-                                       .invalid = range_at(l.invalid, n.invalid)});
+                                       .invalid = range_at(l.invalid, n.invalid),
+                                       .scratch = range_at(l.scratch, n.scratch)});
         bound_ = true;
     }
 
@@ -227,6 +230,10 @@ SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
 
 Access SkinProgram::first_access() const noexcept {
     Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+    if (impl_->recorder.copies()) {
+        a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+        a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
+    }
     if (impl_->recorder.writes_constants()) { // a batch always does, and copies besides
         a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
         a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
@@ -237,7 +244,7 @@ Access SkinProgram::first_access() const noexcept {
 
 Access SkinProgram::last_access() const noexcept {
     Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
-    if (impl_->batch()) {
+    if (impl_->batch() || impl_->recorder.copies()) {
         a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
         a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
     }
@@ -274,10 +281,12 @@ void SkinProgram::Impl::check_apart(const Buffers& b) const {
                          {"pressure_from", b.pressure_from, needs.pressure, false},
                          {"pressure_to", b.pressure_to, needs.pressure, false},
                          {"response", b.response, needs.response, true},
-                         {"invalid", b.invalid, needs.invalid, true}};
-    for (const Named& one : all) check_range(one.name, one.info, one.needs);
-    for (const Named& one : all)
-        for (const Named& other : all)
+                         {"invalid", b.invalid, needs.invalid, true},
+                         {"scratch", b.scratch, needs.scratch, true}};
+    const std::span used(all, std::size(all) - (needs.scratch.bytes == 0));
+    for (const Named& one : used) check_range(one.name, one.info, one.needs);
+    for (const Named& one : used)
+        for (const Named& other : used)
             if (&one != &other && one.written && one.info.buffer == other.info.buffer &&
                 one.info.offset < other.info.offset + other.needs.bytes &&
                 other.info.offset < one.info.offset + one.needs.bytes)

@@ -104,6 +104,7 @@ struct Variant {
     Chain chain;
     bool keeps_strain = false;                              // the state holds the sum of strains in series
     enum class Pads { none, alike, own } pads = Pads::none; // in a batch: whether each pad has coefficients of its own
+    bool spreads = false; // responses are signals, in maps with zeros around them (kernels/spread.h)
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1 || parabolic; }
     StateShape state() const {

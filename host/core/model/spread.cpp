@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The fit of a pyramid's weights: least squares over pairs of cells, a pressed one and one below which it acts, each pair
-// with its place among the nodes. The pyramid is not the same for all cells, so that a fit to its mean would hide errors
-// ten times as large.
+// The fit of a pyramid's weights: least squares over pairs of cells, a pressed one and one below which it acts, each
+// pair with its place among the nodes. The pyramid is not the same for all cells, so that a fit to its mean would hide
+// errors ten times as large.
 #include "host/core/model/spread.hpp"
 
 #include <cstdint>
@@ -181,8 +181,7 @@ Spread spread_of(const Depth& depth, int width, int height) {
         const PointForce<double> below(depth);
         levels[0].radius = most - 1;
         for (int b = 0; b < most; ++b)
-            for (int a = 0; a < most; ++a)
-                levels[0].weights.push_back(of_square(double(a), double(b), 1.0, below));
+            for (int a = 0; a < most; ++a) levels[0].weights.push_back(of_square(double(a), double(b), 1.0, below));
         return levels;
     }
     const bool stress = depth.kernel == Receptors::Kernel::stress;

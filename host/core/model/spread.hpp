@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What evenly pressed cells cause at a depth of an even elastic half-space, whose vertical stress under a given pressure
-// does not depend on the modulus, nor on time where the modulus relaxes evenly; and the pyramid of nodes that spreads
-// maps to that depth (kernels/spread.h).
+// What evenly pressed cells cause at a depth of an even elastic half-space, whose vertical stress under a given
+// pressure does not depend on the modulus, nor on time where the modulus relaxes evenly; and the pyramid of nodes that
+// spreads maps to that depth (kernels/spread.h).
 #pragma once
 
 #include "dermis/description.hpp"

@@ -103,8 +103,8 @@ void take_depths(StreamedSkin& s) {
                               ", a millionth and a million times grid.spacing");
         auto one = std::ranges::find_if(known, [&](const auto& k) { return k.first == in_cells; });
         if (one == known.end())
-            one = known.insert(one, {in_cells, std::make_shared<const Spread>(
-                                                   spread_of(in_cells, s.skin.width(), s.skin.height()))});
+            one = known.insert(
+                one, {in_cells, std::make_shared<const Spread>(spread_of(in_cells, s.skin.width(), s.skin.height()))});
         s.spread[size_t(c.type)] = one->second;
     }
     if (s.deep()) s.picked = std::exchange(d.sites, {});
@@ -132,15 +132,17 @@ Variant StreamedSkin::variant() const {
             .parabolic = hold == Hold::parabolic,
             .chain = skin.chain,
             .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
-            .wanted = wanted};
+            .spreads = deep(),
+            .wanted = signals()};
 }
 
 StreamedSkin signals_of(const StreamedSkin& s) {
     StreamedSkin signals = s;
     f64::Constants& c = signals.skin.constants;
-    if (c.curvature_length != 0) signals.wanted[QUANTITY_SA1] = true; // from the strain follows the gain
-    c.curvature_length = 0, c.gain_plus = 1, c.gain_minus = -1;
+    c.bend = c.curvature_length = 0, c.gain_plus = 1, c.gain_minus = -1;
+    signals.wanted = s.signals();
     signals.spread = {};
+    signals.picked.clear();
     return signals;
 }
 
@@ -210,7 +212,7 @@ std::vector<Element> elements_of_pad(const SkinDescription& validated, const Mat
 
 ResponseLayout response_layout_of(const StreamedSkin& s) {
     ResponseLayout layout;
-    const std::vector<Site>& sites = s.skin.description.sites;
+    const std::vector<Site>& sites = s.sites();
     const std::array<size_t, RESPONSE_MAPS> counts = response_counts(s);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         ResponseLayout::Range& range = layout.of[size_t(q)];
@@ -232,7 +234,7 @@ ResponseLayout response_layout_of(const StreamedSkin& s) {
 
 std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin& s) {
     std::array<size_t, RESPONSE_MAPS> counts{};
-    const std::vector<Site>& sites = s.skin.description.sites;
+    const std::vector<Site>& sites = s.sites();
     for (size_t r = 0; r < RESPONSE_MAPS; ++r)
         if (sites.empty() && s.wanted[QUANTITY_SA1 + r]) counts[r] = s.skin.cells();
     for (const Site& site : sites) ++counts[size_t(site.type) - QUANTITY_SA1];

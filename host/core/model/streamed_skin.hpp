@@ -23,8 +23,15 @@ struct StreamedSkin {
     // By class: what spreads it to the depth of its receptors; null: they answer to their cell.
     std::array<std::shared_ptr<const Spread>, REDUCED_MAPS> spread;
     std::vector<Site> picked; // of a skin with depths: the sites, whose responses are picked from fields
+    const std::vector<Site>& sites() const { return picked.empty() ? skin.description.sites : picked; } // that answer
     bool deep() const {
         return std::ranges::any_of(spread, [](const auto& s) { return s != nullptr; });
+    }
+    // The classes whose signals are made: with depths also SA1's, the strain, from which the gain follows.
+    Wanted signals() const {
+        Wanted all = wanted;
+        all[QUANTITY_SA1] |= deep() && skin.constants.curvature_length != 0;
+        return all;
     }
     Variant variant() const;
 };

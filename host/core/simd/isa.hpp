@@ -178,9 +178,9 @@ template <class K> struct SpreadRow {
     using real = typename K::real;
     int count; // nodes
     int beside;
-    int radius; // of the stencil; -1: there is none
-    const real* weight; // (radius + 1)^2
-    const real* here;   // the level's own row as it went down
+    int radius;                                               // of the stencil; -1: there is none
+    const real* weight;                                       // (radius + 1)^2
+    const real* here;                                         // the level's own row as it went down
     const real *low[most_radius + 1], *high[most_radius + 1]; // [b]: b rows before and behind it
     real* fold[most_radius + 1];                              // room of the caller's
     const real* wide[4]; // rows of the coarser level from widen_row(), from the first node on; null: there is none

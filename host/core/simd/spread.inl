@@ -45,14 +45,15 @@ template <int beside> void halve_in(const HalveRow<Kernels>& h) {
             store(h.odd + k, Wide(picked<lanes, decltype(odd_lane)>(a, b)));
         }
         for (int k = 0; k < h.count; k += lanes)
-            store(h.to + k, halved(loaded(h.odd + k - 2), loaded(h.even + k - 1), loaded(h.odd + k - 1),
-                                   loaded(h.even + k), loaded(h.odd + k), loaded(h.even + k + 1), loaded(h.odd + k + 1)));
+            store(h.to + k,
+                  halved(loaded(h.odd + k - 2), loaded(h.even + k - 1), loaded(h.odd + k - 1), loaded(h.even + k),
+                         loaded(h.odd + k), loaded(h.even + k + 1), loaded(h.odd + k + 1)));
     }
 }
 
 // Nodes 2k and 2k + 1 of the finer level for k = 0 .. pairs - 1.
 template <int beside> void widen_in(const scalar* from, int pairs, scalar* to) {
-    for (int k = 0; k < pairs; k += beside > 1 ? 1 : lanes) {
+    for (int k = 0; k<pairs; k += beside> 1 ? 1 : lanes) {
         const scalar* at = from + k * beside;
         const real b = loaded(at - beside), c = loaded(at), d = loaded(at + beside), e = loaded(at + 2 * beside),
                    first = at_node(b, c, d), second = between_nodes(b, c, d, e);
@@ -98,8 +99,7 @@ template <int radius, int beside> void spread_in(const SpreadRow<Kernels>& s, co
                 const real up = odd.number ? between_nodes(b, m, d, loaded(s.wide[3] + i)) : at_node(b, m, d);
                 sum = radius >= 0 ? together(sum, up) : up;
             }
-            if (s.quantity)
-                sum = answer(s.quantity, sum, s.gain ? loaded_part(s.gain + i, n - i) : real(scalar(1)), c);
+            if (s.quantity) sum = answer(s.quantity, sum, s.gain ? loaded_part(s.gain + i, n - i) : real(scalar(1)), c);
             store_part(s.to + i, sum, n - i);
         }
     });
@@ -118,10 +118,10 @@ void gain_beside(const RowNeighbours<scalar>& l, const scalar* rest, const Const
         weights.w_low = Wide(a.w_low), weights.w_high = Wide(a.w_high), weights.w = Wide(a.w);
         const auto at = [x](const scalar* row) { return loaded(row + x * lanes); };
         const auto in_row = [&](int i) { return loaded(l.here + i * lanes); };
-        const real L = add(difference(in_row(a.far_low), in_row(a.low), in_row(x), in_row(a.high), in_row(a.far_high),
-                                      weights, l.stencil),
-                           difference(at(l.far_low), at(l.low), at(l.here), at(l.high), at(l.far_high), across(l),
-                                      l.stencil));
+        const real L =
+            add(difference(in_row(a.far_low), in_row(a.low), in_row(x), in_row(a.high), in_row(a.far_high), weights,
+                           l.stencil),
+                difference(at(l.far_low), at(l.low), at(l.here), at(l.high), at(l.far_high), across(l), l.stencil));
         store(gain + x * lanes, gain_at(curvature_of(Wide(rest[x]), L, c.bend), c));
     }
 }

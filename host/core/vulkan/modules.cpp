@@ -4,11 +4,15 @@
 #include "host/core/simd/model.hpp"
 
 #include "fibres_spv.h"
+#include "halve_spv.h"
+#include "halve_texels_spv.h"
 #include "press_spv.h"
 #include "press_texels_spv.h"
 #include "reduce_spv.h"
 #include "reduce_texels_spv.h"
 #include "sites_spv.h"
+#include "spread_spv.h"
+#include "spread_texels_spv.h"
 
 #include <span>
 #include <utility>
@@ -17,6 +21,8 @@ namespace dermis::vulkan {
 
 Module press_module() { return {.code = press_spv, .bytes = sizeof press_spv}; }
 Module reduce_module() { return {.code = reduce_spv, .bytes = sizeof reduce_spv}; }
+Module halve_module() { return {.code = halve_spv, .bytes = sizeof halve_spv}; }
+Module spread_module() { return {.code = spread_spv, .bytes = sizeof spread_spv}; }
 Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
 Module sites_module() { return {.code = sites_spv, .bytes = sizeof sites_spv}; }
 
@@ -29,6 +35,16 @@ Module press_texels_module() {
 
 Module reduce_texels_module() {
     return {.code = reduce_texels_spv, .bytes = sizeof reduce_texels_spv, .texels = 1u << REDUCE_MAP};
+}
+
+Module halve_texels_module() {
+    return {.code = halve_texels_spv, .bytes = sizeof halve_texels_spv, .texels = 1u << SPREAD_FROM};
+}
+
+Module spread_texels_module() {
+    return {.code = spread_texels_spv,
+            .bytes = sizeof spread_texels_spv,
+            .texels = 1u << SPREAD_FROM | 1u << SPREAD_REST_CURVATURE};
 }
 
 std::vector<uint32_t> declare_rounding(const Module& module) {

@@ -16,11 +16,15 @@ struct Module {
 
 Module press_module();
 Module reduce_module();
+Module halve_module();
+Module spread_module();
 Module sites_module();
 Module fibres_module();
 // The same kernels, which read their maps as texel buffers.
 Module press_texels_module();
 Module reduce_texels_module();
+Module halve_texels_module();
+Module spread_texels_module();
 
 // The words of a module that also declares round-to-nearest-even, for devices that offer this
 // (shaderRoundingModeRTEFloat32).

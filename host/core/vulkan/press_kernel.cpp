@@ -73,8 +73,8 @@ void PressKernel::bind(size_t binding, const Maps& m) {
             {PRESS_INVALID, m.invalid},
         };
         for (size_t i = 0; i < m.response.size(); ++i)
-            bound.push_back(
-                {PRESS_RESPONSE(QUANTITY_SA1 + uint32_t(i)), map(m.response[i], variant_.wanted[QUANTITY_SA1 + i])});
+            bound.push_back({PRESS_RESPONSE(QUANTITY_SA1 + uint32_t(i)),
+                             map(m.response[i], variant_.wanted[QUANTITY_SA1 + i] && !variant_.spreads)});
         kernel_.bind(set++, bound);
     }
 }

@@ -25,6 +25,7 @@ Recorder::Recorder(Pipelines& pipelines, model::StreamedSkin&& streamed, uint32_
         alike.pads = model::Variant::Pads::alike;
         alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings);
     }
+    if (streamed_.deep()) spread_.emplace(pipelines, streamed_, layout_, pads_of_group(), max_bindings);
     materials_ = sites_ ? sites_->materials() : skin.materials;
     if (sites_) {
         cells_ = append(sites_->cells());
@@ -32,6 +33,7 @@ Recorder::Recorder(Pipelines& pipelines, model::StreamedSkin&& streamed, uint32_
     } else {
         rest_ = append(model::padded_rest_curvature<float>(skin));
         material_ = append(skin.material_of);
+        if (spread_) weights_ = append(spread_->weights());
     }
     if (streamed_.pads > 1)
         table_ = append(std::vector<f32::Coefficients>(behind_list() + size_t(streamed_.pads) * table_length()));
@@ -49,14 +51,18 @@ void Recorder::fill_needs() {
     needs_.pressure.bytes = map;
     needs_.response.bytes = layout_.all * sizeof(float);
     needs_.invalid.bytes = sizeof(uint32_t);
-    for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure, &needs_.response, &needs_.invalid}) {
+    needs_.scratch.bytes = spread_ ? spread_->scratch_bytes() : 0;
+    for (Memory* m :
+         {&needs_.constants, &needs_.state, &needs_.pressure, &needs_.response, &needs_.invalid, &needs_.scratch}) {
         m->alignment = std::max<VkDeviceSize>(device_.limits.minStorageBufferOffsetAlignment, sizeof(float));
         m->usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     }
     if (fields_ && device_.texels)
-        for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure})
+        for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure, &needs_.scratch})
             m->usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     if (writes_constants()) needs_.constants.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    if (copies()) needs_.scratch.usage |= VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+    if (copies()) needs_.response.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     if (streamed_.pads > 1)
         for (Memory* m : {&needs_.state, &needs_.pressure})
             m->usage |= VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
@@ -126,7 +132,12 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                         .coefficients = writes_constants() ? bound_[binding].table : invalid,
                         .material = streamed_.skin.uniform() ? invalid : constant(material_),
                         .invalid = invalid};
-    for (size_t i = 0; i < m.response.size(); ++i) {
+    const BufferRange scratch = range(b.scratch, needs_.scratch);
+    for (size_t i = 0; spread_ && i < m.response.size(); ++i) {
+        const VkDeviceSize at = spread_->signal(QUANTITY_SA1 + int(i));
+        m.response[i] = {scratch.buffer, scratch.offset + at, scratch.bytes - at};
+    }
+    for (size_t i = 0; !spread_ && i < m.response.size(); ++i) {
         const model::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
         m.response[i] =
             streamed_.wanted[QUANTITY_SA1 + i]
@@ -135,6 +146,12 @@ void Recorder::bind(size_t binding, const Buffers& b) {
     }
     fields_->bind(binding, m);
     if (alike_) alike_->bind(binding, m);
+    if (spread_)
+        spread_->bind(binding, {.scratch = scratch,
+                                .weights = constant(weights_),
+                                .rest_curvature = constant(rest_),
+                                .response = response,
+                                .pads = streamed_.pads > 1 ? bound_[binding].table : constant(weights_)});
 }
 
 template <class F> void Recorder::between_presses(VkCommandBuffer commands, F update) const {
@@ -263,6 +280,7 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
         const uint32_t pads = uint32_t(slots.last - slots.first);
         if (sites_) sites_->record(commands, binding, c, pads, own);
         else (batch && from_constants ? alike_ : fields_)->record(commands, binding, c, pads, own);
+        if (spread_ && press.answers) spread_->record(commands, binding, pads, own);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "dermis/vulkan.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
 #include "host/core/vulkan/sites_kernel.hpp"
+#include "host/core/vulkan/spread_kernel.hpp"
 
 #include <optional>
 #include <span>
@@ -43,7 +44,10 @@ class Recorder {
     // that are not pressed. own: see PressKernel::record(); if it is null, nothing is thrown.
     void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
     // The most work of a pad's press.
-    double work_of_pad() const { return sites_ ? sites_->work_of_pad() : fields_->work_of_pad(); }
+    double work_of_pad() const {
+        return sites_ ? sites_->work_of_pad() : fields_->work_of_pad() + (spread_ ? spread_->work_of_pad() : 0);
+    }
+    bool copies() const { return spread_ && spread_->copies(); } // a press ends with a copy
     // Gives pads other elements, the same number as before.
     void set_elements(const model::PadList&, const std::vector<model::Element>&);
 
@@ -84,11 +88,12 @@ class Recorder {
     const DeviceTable& device_;
     model::StreamedSkin streamed_;
     const model::ResponseLayout layout_;
-    std::optional<PressKernel> fields_; // set where every cell responds
-    std::optional<PressKernel> alike_;  // set for pads that all have the same single element
-    std::optional<SitesKernel> sites_;  // set where only sites respond
+    std::optional<PressKernel> fields_;  // set where every cell responds
+    std::optional<PressKernel> alike_;   // set for pads that all have the same single element
+    std::optional<SitesKernel> sites_;   // set where only sites respond
+    std::optional<SpreadKernel> spread_; // set where receptors lie at depths: `press` then makes their signals
     MemoryNeeds needs_;
-    Slice rest_, material_, table_, cells_, stencils_;
+    Slice rest_, material_, table_, cells_, stencils_, weights_;
     std::vector<model::Element> materials_; // the elements of all, or of a pad without elements of its own
     struct Bound {                          // by a binding
         BufferRange table;                  // list and coefficients
