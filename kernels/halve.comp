@@ -10,9 +10,11 @@
 #include "maps.glsl"
 #include "nodes.glsl"
 
+layout(std430, binding = SPREAD_COARSE) writeonly restrict buffer Coarse { vec4 coarse[]; };
+
 vec4 column(int x, int y) {
-    return halved(four_of(c.fine, x, y - 3), four_of(c.fine, x, y - 2), four_of(c.fine, x, y - 1), four_of(c.fine, x, y),
-                  four_of(c.fine, x, y + 1), four_of(c.fine, x, y + 2), four_of(c.fine, x, y + 3));
+    return halved(fine_at(x, y - 3), fine_at(x, y - 2), fine_at(x, y - 1), fine_at(x, y),
+                  fine_at(x, y + 1), fine_at(x, y + 2), fine_at(x, y + 3));
 }
 
 void main() {
@@ -22,7 +24,5 @@ void main() {
     vec4 p = column(x - 4, y), q = column(x, y), r = column(x + 4, y), s = column(x + 8, y);
     vec4 v = halved(vec4(p.yw, q.yw), vec4(p.z, q.xz, r.x), vec4(p.w, q.yw, r.y), vec4(q.xz, r.xz), vec4(q.yw, r.yw),
                     vec4(q.z, r.xz, s.x), vec4(q.w, r.yw, s.y));
-    NodeMap map = c.coarse;
-    map.first = c.to;
-    to[place(map, node.x, node.y)] = of_level(v, node.x);
+    coarse[place(c.coarse, node.x, node.y)] = of_level(v, node.x);
 }

@@ -155,19 +155,20 @@ struct SiteConstants {
     Constants c;           // last, at a multiple of 16 bytes: HLSL can pack no member behind a struct of 108 bytes
 };
 
-#define SPREAD_FROM 0
-#define SPREAD_TO 1
-#define SPREAD_WEIGHTS 2
-#define SPREAD_REST_CURVATURE 3
-#define SPREAD_RESPONSE 4
-#define SPREAD_PADS 5
-#define SPREAD_BINDINGS 6
+#define SPREAD_FINE 0   // as it went down
+#define SPREAD_COARSE 1 // of halve: what is made; of spread: as it has come up
+#define SPREAD_STRAIN 2 // of all cells, like level 0
+#define SPREAD_TO 3     // the level as it comes up, or the response
+#define SPREAD_WEIGHTS 4
+#define SPREAD_REST_CURVATURE 5
+#define SPREAD_PADS 6
+#define SPREAD_BINDINGS 7
 // Maps of nodes have so many zeros on each side, behind the next multiple of 4 nodes along a row.
 #define SPREAD_MARGIN 8
 // Specialization constants of halve and spread.
 #define SPREAD_RADIUS 0  // of the level's stencil; -1: it has none
 #define SPREAD_COARSER 1 // 1: there is a coarser level
-#define SPREAD_ANSWERS 2 // 1: level 0 answers, into the response
+#define SPREAD_ANSWERS 2 // 1: level 0 answers: what is written is a response
 #define SPREAD_STENCIL 3 // as VARIANT_STENCIL, VARIANT_EDGES and VARIANT_PADS
 #define SPREAD_EDGES 4
 #define SPREAD_OF_PADS 5
@@ -176,18 +177,16 @@ struct SiteConstants {
 #define SPREAD_GROUP_Z 8
 #define SPREAD_CONSTANTS 9
 
-// A level in a map of nodes: floats from its beginning, in the first pad, and from row to row and pad to pad.
+// A map of nodes: floats from row to row and from pad to pad.
 struct NodeMap {
-    int first, pitch, pad;
+    int pitch, pad;
 };
 struct SpreadConstants {
     NodeMap fine, coarse;
-    int to;                          // beginning of the map that is written, like the fine or, by halve, the coarse one
-    int x_low, x_high, y_low, y_high; // its nodes
-    int weights;                     // index of the level's first weight
-    int quantity;                    // what answers
-    int strain;                      // beginning of the strain's map, like level 0; -1: the gain is 1
-    int width, height, pitch;        // cells of responses
+    int x_low, x_high, y_low, y_high; // the nodes that are made
+    int weights;                      // index of the level's first weight
+    int quantity;                     // what answers
+    int width, height, pitch;         // cells of responses
     scalar bend, curvature_length, gain_plus, gain_minus; // as in Constants
 };
 

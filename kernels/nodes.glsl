@@ -4,15 +4,14 @@
 layout(local_size_x_id = SPREAD_GROUP_X, local_size_y_id = SPREAD_GROUP_Y, local_size_z_id = SPREAD_GROUP_Z) in;
 layout(constant_id = SPREAD_OF_PADS) const int PADS = 0;
 layout(push_constant) uniform Push { SpreadConstants c; };
-MAP(SPREAD_FROM, From, from);
-layout(std430, binding = SPREAD_TO) writeonly restrict buffer To { vec4 to[]; };
+MAP(SPREAD_FINE, Fine, fine);
 layout(std430, binding = SPREAD_PADS) readonly buffer List { PadEntry pads[]; };
 
 int pad = 0;
 int place(NodeMap map, int x, int y) {
-    return (map.first + pad * map.pad + (y + SPREAD_MARGIN) * map.pitch + x + SPREAD_MARGIN) >> 2;
+    return (pad * map.pad + (y + SPREAD_MARGIN) * map.pitch + x + SPREAD_MARGIN) >> 2;
 }
-vec4 four_of(NodeMap map, int x, int y) { return FOUR(from, place(map, x, y)); }
+vec4 fine_at(int x, int y) { return FOUR(fine, place(c.fine, x, y)); }
 
 // The first of the invocation's nodes; the last ones may be beyond x_high.
 ivec2 own_nodes() {

@@ -21,7 +21,9 @@ layout(constant_id = SPREAD_STENCIL) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = SPREAD_EDGES) const int EDGES = EDGES_MIRROR;
 layout(std430, binding = SPREAD_WEIGHTS) readonly restrict buffer Weights { float weights[]; };
 MAP(SPREAD_REST_CURVATURE, Rest, rest_curvature); // pitch/4 vec4s per row
-layout(std430, binding = SPREAD_RESPONSE) writeonly restrict buffer Response { vec4 response_to[]; };
+MAP(SPREAD_COARSE, Coarse, coarse);
+MAP(SPREAD_STRAIN, Strain, strain);
+layout(std430, binding = SPREAD_TO) writeonly restrict buffer To { vec4 to[]; };
 
 // Nodes x + shift .. x + shift + 3 of w, which are nodes x - 8 .. x + 11.
 vec4 shifted(vec4 w[5], int shift) {
@@ -39,8 +41,8 @@ vec4 stencil(int x, int y) {
         vec4 v[5]; // both rows b away, added
         for (int i = 0; i < 5; ++i) {
             if (RADIUS <= 4 && (i == 0 || i == 4)) continue;
-            v[i] = four_of(c.fine, x + 4 * i - 8, y - b);
-            if (b > 0) v[i] = together(v[i], four_of(c.fine, x + 4 * i - 8, y + b));
+            v[i] = fine_at(x + 4 * i - 8, y - b);
+            if (b > 0) v[i] = together(v[i], fine_at(x + 4 * i - 8, y + b));
         }
         int w = c.weights + b * (RADIUS + 1);
         vec4 row = weighted(vec4(weights[w]), v[2]);
@@ -54,7 +56,7 @@ vec4 stencil(int x, int y) {
 // The coarser level's row y at nodes x .. x + 3, where x is a multiple of 4.
 vec4 along(int x, int y) {
     int k = (x >> 1) - 1; // the first of the coarse nodes n[0] .. n[4]
-    vec4 p = four_of(c.coarse, k & ~3, y), q = four_of(c.coarse, (k & ~3) + 4, y);
+    vec4 p = FOUR(coarse, place(c.coarse, k & ~3, y)), q = FOUR(coarse, place(c.coarse, (k & ~3) + 4, y));
     vec4 n = (k & 3) == 3 ? vec4(p.w, q.xyz) : vec4(p.yzw, q.x);
     float last = (k & 3) == 3 ? q.w : q.y;
     vec4 b = n.xxyy, d = n.yyzz, e = n.zzww, f = vec4(n.ww, vec2(last));
@@ -67,25 +69,20 @@ vec4 coarser(int x, int y) {
     return (y & 1) == 0 ? at_node(b, d, e) : between_nodes(b, d, e, along(x, q + 2));
 }
 
-float strain_at(int x, int y) {
-    NodeMap map = c.fine;
-    map.first = c.strain;
-    int at = place(map, x & ~3, y);
-    return ONE(from, (at << 2) + (x & 3));
-}
+vec4 strain_at(int x, int y) { return FOUR(strain, place(c.fine, x, y)); }
 
 // Cells along a row, each as far away as its axis says: its far low, low, high and far high neighbour for n = 0 .. 3.
 vec4 neighbours(int n, Axis a[4], int y) {
     vec4 v;
-    for (int i = 0; i < 4; ++i)
-        v[i] = strain_at(n == 0 ? a[i].far_low : n == 1 ? a[i].low : n == 2 ? a[i].high : a[i].far_high, y);
+    for (int i = 0; i < 4; ++i) {
+        int x = n == 0 ? a[i].far_low : n == 1 ? a[i].low : n == 2 ? a[i].high : a[i].far_high;
+        v[i] = ONE(strain, (place(c.fine, x & ~3, y) << 2) + (x & 3));
+    }
     return v;
 }
 
 vec4 gain_of(int x, int y) {
-    if (c.strain < 0) return vec4(1.0);
-    NodeMap map = c.fine;
-    map.first = c.strain;
+    if (c.curvature_length == 0.0) return vec4(1.0);
     Axis a[4], weighing;
     for (int i = 0; i < 4; ++i) {
         a[i] = axis(min(x + i, c.width - 1), c.width, STENCIL, EDGES);
@@ -95,11 +92,11 @@ vec4 gain_of(int x, int y) {
     }
     Axis across = axis(y, c.height, STENCIL, EDGES);
     bool far = reach(STENCIL) > 1;
-    vec4 here = four_of(map, x, y);
+    vec4 here = strain_at(x, y);
     vec4 along_x = difference(far ? neighbours(0, a, y) : here, neighbours(1, a, y), here, neighbours(2, a, y),
                               far ? neighbours(3, a, y) : here, weighing, STENCIL);
-    vec4 along_y = difference(far ? four_of(map, x, across.far_low) : here, four_of(map, x, across.low), here,
-                              four_of(map, x, across.high), far ? four_of(map, x, across.far_high) : here, across, STENCIL);
+    vec4 along_y = difference(far ? strain_at(x, across.far_low) : here, strain_at(x, across.low), here,
+                              strain_at(x, across.high), far ? strain_at(x, across.far_high) : here, across, STENCIL);
     Constants k;
     k.curvature_length = c.curvature_length;
     vec4 rest = FOUR(rest_curvature, (y * c.pitch + x) >> 2);
@@ -111,16 +108,13 @@ void main() {
     if (!has_nodes(node)) return;
     vec4 sum = RADIUS >= 0 ? stencil(node.x, node.y) : vec4(0.0);
     if (COARSER != 0) sum = RADIUS >= 0 ? together(sum, coarser(node.x, node.y)) : coarser(node.x, node.y);
-    if (RADIUS < 0 && COARSER == 0) sum = four_of(c.fine, node.x, node.y); // receptors at the surface
+    if (RADIUS < 0 && COARSER == 0) sum = fine_at(node.x, node.y); // receptors at the surface
     if (ANSWERS == 0) {
-        NodeMap map = c.fine;
-        map.first = c.to;
-        to[place(map, node.x, node.y)] = of_level(sum, node.x);
+        to[place(c.fine, node.x, node.y)] = of_level(sum, node.x);
         return;
     }
     Constants k;
     k.gain_plus = c.gain_plus;
     k.gain_minus = c.gain_minus;
-    response_to[(c.to + (pad * c.height + node.y) * c.pitch + node.x) >> 2] =
-        answer(c.quantity, sum, gain_of(node.x, node.y), k);
+    to[((pad * c.height + node.y) * c.pitch + node.x) >> 2] = answer(c.quantity, sum, gain_of(node.x, node.y), k);
 }

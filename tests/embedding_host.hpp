@@ -44,7 +44,7 @@ struct Host {
     SkinDescription description;
     int rows; // of all pads
     SkinProgram program;
-    Range constants, invalid;
+    Range constants, invalid, scratch;
     std::vector<std::unique_ptr<Range>> states, pressures, responses;
     std::vector<Binding> bindings;
 
@@ -54,7 +54,7 @@ struct Host {
     Host(Context& c, const vulkan::Handles& handles, const SkinDescription& d, int frames, const SkinOptions& options)
         : context(c), description(d), rows(d.grid.height * options.count),
           program(handles, d, uint32_t(frames), options), constants(c, program.memory().constants),
-          invalid(c, program.memory().invalid) {
+          invalid(c, program.memory().invalid), scratch(c, program.memory().scratch) {
         const auto& m = program.memory();
         for (int i = 0; i <= frames; ++i) {
             states.push_back(std::make_unique<Range>(c, m.state));
@@ -72,7 +72,8 @@ struct Host {
                 .pressure_from = at(pressures, i - 1),
                 .pressure_to = at(pressures, i),
                 .response = at(responses, i),
-                .invalid = invalid.info};
+                .invalid = invalid.info,
+                .scratch = scratch.info};
     }
     void set_pressure(int i, const std::vector<float>& map) {
         const int width = description.grid.width;
@@ -97,7 +98,7 @@ struct Host {
         return n;
     }
     bool untouched_around() const {
-        bool same = constants.untouched_around() && invalid.untouched_around();
+        bool same = constants.untouched_around() && invalid.untouched_around() && scratch.untouched_around();
         for (const auto* list : {&states, &pressures, &responses})
             for (const auto& range : *list) same &= range->untouched_around();
         return same;

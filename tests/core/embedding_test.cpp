@@ -46,6 +46,16 @@ SkinDescription with_chain(SkinDescription d) {
     return d;
 }
 
+// Receptors at depths of so many cells, but for FA1's.
+SkinDescription with_depths(SkinDescription d, double cells) {
+    d.grid.spacing = 1e-3;
+    for (auto* length : {&d.surface.relief, &d.material.thickness, &d.material.curvature_length}) *length = 1e-3;
+    if (d.material.elements.empty()) d.material.modulus = 2;
+    d.receptors.depth = {.sa1 = cells * 1e-3, .sa2 = 3 * cells * 1e-3, .fa1 = {}, .fa2 = 5 * cells * 1e-3};
+    d.receptors.kernel = cells > 3 ? Receptors::Kernel::strain : Receptors::Kernel::stress;
+    return d;
+}
+
 std::string refused(auto&& call) { return refusal(Error::Code::bad_input, call); }
 
 bool says(const std::string& message, const char* what) { return message.find(what) != std::string::npos; }
@@ -71,6 +81,13 @@ TEST_CASE("presses in a host's command buffer give the CPU's bits and touch noth
     SkinOptions lean;
     lean.responses = {Quantity::fa1};
     check_presses(context, ridged(64, 19), lean);
+    for (const double depth : {0.7, 4.0}) {
+        const SkinDescription deep = with_depths(ridged(67, 19), depth);
+        check_presses(context, deep);
+        check_presses(context, with_depths(with_chain(ridged(9, 7, Stencil::fourth_order)), depth), lean);
+        check_presses(context, with_depths(ridged(8, 5), depth));
+        check_presses(context, with_sites(deep, 50));
+    }
     SkinDescription one = ridged(30, 9);
     one.sites = {{Quantity::sa2, {29, 8}}};
     check_presses(context, one);
@@ -79,7 +96,8 @@ TEST_CASE("presses in a host's command buffer give the CPU's bits and touch noth
 TEST_CASE("presses without responses leave them unwritten, and the one that ends several frames has the CPU's bits") {
     const Validated vulkan;
     Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
-    for (const SkinDescription& d : {ridged(40, 19), with_sites(with_chain(ridged(40, 19)), 50)})
+    for (const SkinDescription& d : {ridged(40, 19), with_sites(with_chain(ridged(40, 19)), 50),
+                                     with_depths(ridged(40, 19), 2), with_sites(with_depths(ridged(40, 19), 2), 50)})
         for (const int pads : {1, 3}) {
             SkinOptions options;
             options.count = pads;
@@ -248,11 +266,13 @@ TEST_CASE("the recorded check passes on a right device and fails on a wrong one"
     };
     const Validated vulkan;
     const SkinDescription d = ridged(40, 20);
-    for (const SkinDescription& skin : {d, with_materials(d), with_sites(d, 9), with_sites(with_materials(d), 9)})
+    for (const SkinDescription& skin : {d, with_materials(d), with_sites(d, 9), with_sites(with_materials(d), 9),
+                                        with_depths(d, 3), with_sites(with_depths(d, 3), 9)})
         CHECK(passes(vulkan.device(), skin));
     const Device wrong = open_device("0", faulty(&Shim::miscompile));
     CHECK_FALSE(passes(wrong, d));
     CHECK_FALSE(passes(wrong, with_sites(d, 9)));
+    CHECK_FALSE(passes(wrong, with_depths(d, 3)));
 }
 
 TEST_CASE("coefficients are written after those of the press before are written and read") {
@@ -383,6 +403,7 @@ TEST_CASE("what a host gets wrong is named at set-up") {
     CHECK(says(bad([](Buffers& b) { b.response.range = 0; }), "response.range = 0"));
     CHECK(says(bad([](Buffers& b) { b.response.offset += 512, b.response.range = VK_WHOLE_SIZE; }), "response"));
     CHECK(says(bad([](Buffers& b) { b.constants.offset = 1 << 20; }), "within the buffer"));
+    CHECK(says(refused([&] { Host(context, with_depths(d, 3), 1).program.bind({}); }), "constants.buffer = null"));
     CHECK(says(bad([](Buffers& b) { b.state_to = b.state_from; }), "state_to = in the same memory as state_from"));
     CHECK(says(bad([](Buffers& b) { b.response = b.pressure_to, b.response.range = 1 << 20; }), "response"));
     CHECK(says(refused([&] { host.program.bind(host.buffers(1)); }), "max_bindings = 2"));

@@ -38,13 +38,13 @@ Module reduce_texels_module() {
 }
 
 Module halve_texels_module() {
-    return {.code = halve_texels_spv, .bytes = sizeof halve_texels_spv, .texels = 1u << SPREAD_FROM};
+    return {.code = halve_texels_spv, .bytes = sizeof halve_texels_spv, .texels = 1u << SPREAD_FINE};
 }
 
 Module spread_texels_module() {
     return {.code = spread_texels_spv,
             .bytes = sizeof spread_texels_spv,
-            .texels = 1u << SPREAD_FROM | 1u << SPREAD_REST_CURVATURE};
+            .texels = 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_STRAIN | 1u << SPREAD_REST_CURVATURE};
 }
 
 std::vector<uint32_t> declare_rounding(const Module& module) {

@@ -133,12 +133,13 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                         .material = streamed_.skin.uniform() ? invalid : constant(material_),
                         .invalid = invalid};
     const BufferRange scratch = range(b.scratch, needs_.scratch);
-    for (size_t i = 0; spread_ && i < m.response.size(); ++i) {
-        const VkDeviceSize at = spread_->signal(QUANTITY_SA1 + int(i));
-        m.response[i] = {scratch.buffer, scratch.offset + at, scratch.bytes - at};
-    }
-    for (size_t i = 0; !spread_ && i < m.response.size(); ++i) {
+    const model::Wanted signals = streamed_.signals();
+    for (size_t i = 0; i < m.response.size(); ++i) {
         const model::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
+        if (spread_) {
+            m.response[i] = signals[QUANTITY_SA1 + i] ? spread_->signal(QUANTITY_SA1 + int(i), scratch) : invalid;
+            continue;
+        }
         m.response[i] =
             streamed_.wanted[QUANTITY_SA1 + i]
                 ? BufferRange{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}

@@ -6,7 +6,7 @@
 #include "host/core/model/streamed_skin.hpp"
 #include "host/core/vulkan/recording.hpp"
 
-#include <deque>
+#include <map>
 
 namespace dermis::vulkan {
 
@@ -20,9 +20,12 @@ class SpreadKernel {
     // limits of the device.
     SpreadKernel(Pipelines&, const model::StreamedSkin&, const model::ResponseLayout&, size_t pads_of_group,
                  uint32_t max_bindings);
-    // Floats that presses work in, zeros at first; `press` writes the signal of a class from signal() on.
-    VkDeviceSize scratch_bytes() const { return floats_ * sizeof(float); }
-    VkDeviceSize signal(int quantity) const { return VkDeviceSize(signal_[size_t(quantity)]) * sizeof(float); }
+    // Floats that presses work in, zeros at first.
+    VkDeviceSize scratch_bytes() const { return scratch_bytes_; }
+    // Where `press` writes the signal of a class.
+    BufferRange signal(int quantity, const BufferRange& scratch) const {
+        return part_of(scratch, signal_[size_t(quantity)]);
+    }
     const std::vector<float>& weights() const { return weights_; } // of all levels
     void bind(size_t binding, const Maps&);
     // Records what follows a press of so many pads. own: see PressKernel::record().
@@ -31,28 +34,39 @@ class SpreadKernel {
     bool copies() const { return !picks_.empty(); } // a press ends with a copy
 
   private:
-    struct Dispatch { // of one class
-        const Kernel* kernel;
+    using Specialization = std::vector<uint32_t>;
+    struct Part { // of the scratch memory, in bytes
+        VkDeviceSize first = 0, bytes = 0;
+    };
+    struct Use { // of a kernel, for one class
         f32::SpreadConstants constants;
         double work_of_row;
+        const Specialization* kernel;
+        size_t number; // among the uses of the kernel
+        Part fine, coarse, strain, to;
+        bool answers; // `to` is a part of the response
     };
-    f32::NodeMap map_of(const model::SpreadLevel&, int first) const;
-    int take(const model::SpreadLevel&);
-    int pick(const model::StreamedSkin&, const model::ResponseLayout&, int quantity);
-    const Kernel& kernel_of(const Module&, int radius, bool coarser, bool answers);
-    void plan(const model::StreamedSkin&, int quantity, int response);
-    void add(size_t pass, const Kernel&, const f32::SpreadConstants&, int radius);
+    static BufferRange part_of(const BufferRange& all, const Part& part) {
+        return {all.buffer, all.offset + part.first, part.bytes};
+    }
+    f32::NodeMap map_of(const model::SpreadLevel&) const;
+    Part take(size_t floats);
+    Part take(const model::SpreadLevel& level) {
+        return take(size_t(map_of(level).pad) * size_t(pads_) + 2 * SPREAD_MARGIN);
+    }
+    void add(size_t pass, Use, int radius, bool coarser);
+    void plan(const model::StreamedSkin&, int quantity, const Part& response);
+    void pick(const model::StreamedSkin&, const model::ResponseLayout&, int quantity, const Part& field);
 
-    Pipelines& pipelines_;
     const DeviceTable& device_;
-    const uint32_t max_bindings_;
     const int stencil_, edges_, pads_;
     std::array<int, 3> group_; // size of a workgroup
-    size_t floats_ = 0;
-    std::array<int, REDUCED_MAPS> signal_{}; // by quantity
+    VkDeviceSize scratch_bytes_ = 0;
+    std::array<Part, REDUCED_MAPS> signal_; // by quantity
     std::vector<float> weights_;
-    std::deque<std::pair<std::vector<uint32_t>, Kernel>> kernels_; // by their specialization
-    std::vector<std::vector<Dispatch>> passes_;                    // one after another
+    std::map<Specialization, size_t> kinds_; // the number of uses of each kernel
+    std::map<Specialization, Kernel> kernels_;
+    std::vector<std::vector<Use>> passes_; // one after another
     double work_ = 0;
     std::vector<VkBufferCopy> picks_; // of sites, from fields in the scratch memory to the response
     std::vector<std::pair<BufferRange, BufferRange>> bound_; // by binding: both
