@@ -53,8 +53,10 @@ struct Afferents {
     // The cells of the endings, inside the grid; where the description has sites, cells of these sites. Empty: the
     // description's sites of this class, of which there is one at least.
     std::vector<Cell> cells;
-    // What q is: the strain of the cell, or its pressure divided by the modulus at which the material comes to rest.
-    // The latter needs a material without a dashpot in series that is the same in every cell.
+    // What q is: the strain of the cell, or its pressure divided by the modulus at which the material comes to rest, as
+    // Receptors::follow says too for all fibres of a class. The latter needs a material without a dashpot in series
+    // that is the same in every cell. If Receptors::depth gives the class a depth, q is what the strains or pressures
+    // of all cells cause there, without the gain 1 + l*C.
     Signal follow = Signal::strain;
     // Endings of each afferent, 1 to 64. The number of cells is a multiple of it: afferent n has the cells n*endings to
     // n*endings + endings - 1. An afferent with fewer endings than others names one of its cells again; a cell that is

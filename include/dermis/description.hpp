@@ -192,16 +192,17 @@ struct Receptors {
     // m below the surface, >= 0: where the receptors of a class lie. The skin is then a flat, uniform half-space, which
     // the pressures of all cells load and nothing loads beyond the grid. The class responds to the strain that the
     // stress at its depth causes. C remains the curvature of the surface. Not given, or 0: a receptor responds to the
-    // strain of its own cell. Only in scenes (a Skin refuses it), with Grid::spacing and a uniform material, and
-    // without Edges::periodic.
+    // strain of its own cell. Needs Grid::spacing and, in each pad, a uniform material; refuses Edges::periodic and, in
+    // a Skin, SkinOptions::control = depth and depths below a millionth or above a million times the spacing.
     Depths depth;
     // What acts at that depth: the vertical stress, or the vertical strain times the modulus, which needs a depth > 0.
     enum class Kernel { stress, strain } kernel = Kernel::stress;
     std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain, a punch and a ball; default 0.4
     // Under a pressure that is held the strain creeps; under a depth that is held the stress relaxes, and receptors
-    // that follow it adapt. Only in scenes (a Skin refuses it), in a uniform material with a spring and no dashpot in
-    // series, and under a load that is a map times an envelope, or, where sites alone are asked for, under frames of
-    // depths or a ball.
+    // that follow it adapt. In a scene it needs a uniform material with a spring and no dashpot in series, and a load
+    // that is a map times an envelope or, where sites alone are asked for, frames of depths or a ball. In a Skin it
+    // needs a uniform material without a dashpot in series and a press by pressure, which is then the stress; SA2
+    // refuses it there, and a SkinProgram refuses it.
     Follow follow;
 };
 

@@ -76,6 +76,10 @@ struct Pads {
 // previous steps had different lengths, press_frames() of more frames than before, and presses of afferents over a
 // longer time than before. A press that throws Error::bad_input or Error::no_memory leaves the skin unchanged. Only one
 // thread at a time may use a skin; all skins on one Vulkan device count as one.
+//
+// Responses at a depth (Receptors::depth) differ from the sums over all cells by at most 1e-3 of the greatest |signal|
+// in the pad, times 1 + |l*C|, and have the same bits on the CPU and on every device. A skin with a depth, or whose SA1
+// follows the stress, computes all cells, whether or not the description has sites.
 class DERMIS_API Skin {
   public:
     // On Device::cpu(1) the calling thread works alone. The default of receptors.fa2 is step_mean. Throws
@@ -119,8 +123,8 @@ class DERMIS_API Skin {
     // rest and not touched. The Touch has as many pads, of as many cells, of the same spacing if the description gives
     // one in metres, and tractions where the skin has shear. Refuses SkinOptions::control = depth.
     void press(const contact::Touch&, double dt);
-    // The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the description has sites, they
-    // are the cells that the stencils of the sites read; otherwise they are all cells.
+    // The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the description has sites, and
+    // the skin does not compute all cells, they are the cells that the stencils of the sites read; otherwise all cells.
     std::vector<int> cells() const;
     // The same as press(), to the bit, with the pressures of cells() alone: `numbers` floats, cells().size() for each
     // pad that is pressed. It takes time for these cells, not for the grid.
@@ -166,14 +170,15 @@ class DERMIS_API Skin {
     void reset(const Pads& = {}); // back to skins at rest
 
     // The state: strains, integrals and the pressure from which the next press starts, in native byte order; under
-    // parabolic hold also the pressure and the step before. Where there are sites, the pressures of cells that they do
-    // not read are 0. The bytes are the same on the CPU and on Vulkan. A skin can load them into the same number of
-    // pads if it has the grid, sites, numbers of elements and springs, precision, hold, number of afferents and shear
-    // of the skin that saved them, and gives SA2 and FA2 where that skin did; its next presses then give the same bits.
-    // load() also takes states of the older version 2, for skins without parabolic hold, afferents and shear. Until the
-    // next press, responses stay what they were. bytes: state_bytes(). save() and load() throw Error::bad_input, which
-    // names the first difference, a number that is not finite, or a number of an afferent that no press makes, with
-    // its range, and change nothing; Error::device.
+    // parabolic hold also the pressure and the step before. The pressures of cells that are not among cells() are 0.
+    // The bytes are the same on the CPU and on Vulkan. A skin can load them into the same number of pads if it has the
+    // grid, sites, numbers of elements and springs, precision, hold, number of afferents and shear of the skin that
+    // saved them, and gives SA2 and FA2 where that skin did; its next presses then give the same bits. Depths may
+    // differ: a skin that computes all cells has the states of one without sites. load() also takes states of the older
+    // version 2, for skins without parabolic hold, afferents and shear. Until the next press, responses stay what they
+    // were. bytes: state_bytes(). save() and load() throw Error::bad_input, which names the first difference, a number
+    // that is not finite, or a number of an afferent that no press makes, with its range, and change nothing;
+    // Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});
@@ -183,10 +188,10 @@ class DERMIS_API Skin {
     // SkinOptions::materials gave each pad its own. Throws Error::bad_input and changes nothing then.
     void set_material(const Material&, const Pads& = {});
 
-    // Returns what is known of a pad. From its state: the greatest strain and indentation (with sites, of the cells
-    // that sites read). From the description: retardation times, cells per ridge and the gain at rest. Without sites,
-    // and unless the surface is a map, also the gain now and which of the last responses have changed sign. Takes up to
-    // as long as making the skin. pad: 0..count() - 1; Error::bad_input otherwise.
+    // Returns what is known of a pad. From its state: the greatest strain and indentation (of cells() alone). From the
+    // description: retardation times, cells per ridge and the gain at rest. Without sites, and unless the surface is a
+    // map, also the gain now and which of the last responses have changed sign. Takes up to as long as making the skin.
+    // pad: 0..count() - 1; Error::bad_input otherwise.
     Report report(int pad = 0) const;
 
     struct DERMIS_HIDDEN Impl;

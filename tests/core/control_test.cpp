@@ -109,5 +109,5 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
     refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
     thin.material.thickness = 1e-3;
     thin.receptors.follow.sa1 = Signal::stress;
-    refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "receptors.follow");
+    refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "receptors.follow.sa1");
 }

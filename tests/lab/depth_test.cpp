@@ -369,7 +369,6 @@ TEST_CASE("where a depth would be wrong it is refused by name") {
     Scene dimensionless = small_scene(20, 20);
     dimensionless.receptors.depth.sa1 = 1e-4;
     contains(refusal(Error::Code::bad_input, [&] { run(dimensionless); }), "only with grid.spacing");
-    contains(refusal(Error::Code::bad_input, [] { Skin(Device::cpu(1), ridged(20, 20)); }), "receptors.depth");
     contains(refusal(Error::Code::bad_input,
                      [] { (void)Scene::from_string("[grid]\nspacing = 1e-4\n[receptors]\ndepth = { sa3 = 1e-4 }\n"); }),
              "receptors.depth.sa3");

@@ -168,8 +168,4 @@ TEST_CASE("punches and followed stresses that have no meaning are refused by nam
         "without a spring in series");
     refused([&](Scene& s) { follow(s), s.model = Model::march; }, "receptors.follow");
     refused([&](Scene& s) { follow(s), s.precision = Precision::f32; }, "receptors.follow");
-    Scene skin = punched(31, 1e-4);
-    follow(skin);
-    CHECK(refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), skin); }).find("receptors.follow") !=
-          std::string::npos);
 }

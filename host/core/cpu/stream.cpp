@@ -206,7 +206,7 @@ bool as_pads(const StreamedSkin& s, int threads) {
 
 std::unique_ptr<model::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
-    if (skin.deep()) return deep_stream(skin, threads, isa);
+    if (skin.by_signals()) return deep_stream(skin, stream(model::signals_of(skin), threads, isa), threads, isa);
     // a batch waits for no thread to wake, so that a second one pays from 16384 cells on
     const int useful = simd::useful_threads(skin.skin.cells() * size_t(skin.pads > 1 ? 4 * skin.pads : 1), threads);
     if (skin.pads == 1 && !as_pads(skin, useful)) return std::make_unique<SkinStream>(skin, threads, isa);

@@ -43,8 +43,10 @@ class FramePress {
 std::unique_ptr<model::March> march(const model::MarchPlan&, int threads, const simd::Isa&);
 // A stream of a batch of pads, or of a single skin as one pad. Each thread takes whole pads.
 std::unique_ptr<model::Stream> pad_stream(const model::StreamedSkin&, int threads, const simd::Isa&);
-// A stream of a skin or batch whose receptors lie at depths.
-std::unique_ptr<model::Stream> deep_stream(const model::StreamedSkin&, int threads, const simd::Isa&);
+// A stream of a skin or batch that answers by signals. signals: the stream of model::signals_of() the skin, of any
+// backend.
+std::unique_ptr<model::Stream> deep_stream(const model::StreamedSkin&, std::unique_ptr<model::Stream> signals,
+                                           int threads, const simd::Isa& isa = simd::best());
 // The stream that is faster for this skin or batch. threads: 0 = one per core.
 std::unique_ptr<model::Stream> stream(const model::StreamedSkin&, int threads, const simd::Isa& isa = simd::best());
 

@@ -46,6 +46,11 @@ inline bool is_receptor_class(Quantity q) {
 inline bool follows_stress(const Receptors& r) {
     return r.follow.sa1 == Signal::stress || r.follow.sa2 == Signal::stress;
 }
+// Whether nerve fibres follow the stress, by themselves or by their class.
+inline bool follows_stress(const Receptors& r, const Afferents& a) {
+    return a.follow == Signal::stress || (a.type == Quantity::sa1 && r.follow.sa1 == Signal::stress) ||
+           (a.type == Quantity::sa2 && r.follow.sa2 == Signal::stress);
+}
 // Whether some class of receptors lies at a depth.
 inline bool has_depth(const Receptors& receptors) {
     for (const ReceptorClass& c : receptor_classes)

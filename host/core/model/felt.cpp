@@ -11,25 +11,24 @@ static double spring_behind(std::span<const Element> chain) {
 
 Felt::Felt(const StreamedSkin& s)
     : width_(s.skin.width()), height_(s.skin.height()), stencil_(s.skin.stencil), edges_(s.skin.edges),
-      cells_(s.skin.cells()), chain_(s.skin.chain), compensated_(s.variant().compensated), layout_(state_layout_of(s)),
-      bend_(float(s.skin.constants.bend)), thickness_(float(s.skin.constants.thickness)),
-      cells_differ_(chain_.spring && !s.skin.uniform()) {
+      cells_(s.skin.cells()), count_(s.sites().empty() ? cells_ : s.sites().size()), chain_(s.skin.chain),
+      compensated_(s.variant().compensated), layout_(state_layout_of(s)), bend_(float(s.skin.constants.bend)),
+      thickness_(float(s.skin.constants.thickness)), cells_differ_(chain_.spring && !s.skin.uniform()) {
     const PreparedSkin& skin = s.skin;
     if (!skin.description.sites.empty()) {
         const SiteCells cells(skin, {skin.whole()}, cells_of(skin.description.sites));
         read_ = cells.cells;
         for (const Site& site : skin.description.sites) sites_.emplace_back(skin, cells, site.cell);
     }
+    for (const Site& site : s.picked) picked_.push_back(skin.number_of(site.cell));
     for (int pad = 0; !cells_differ_ && pad < s.pads; ++pad) springs_.push_back(spring_behind(elements_of(s, pad)));
     for (size_t i = 0; cells_differ_ && i < layout_.cells; ++i)
         springs_.push_back(skin.materials[skin.material_at(read_.empty() ? i : read_[i]) + chain_.elements()].modulus);
 }
 
-std::vector<float> Felt::strain(int pad, const float* planes, const float* pressure) const {
-    std::vector<float> strain(layout_.cells);
-    for (size_t i = 0; i < strain.size(); ++i)
-        strain[i] = strain_at(pad, i, planes + i, layout_.cells, pressure[read_.empty() ? i : read_[i]]);
-    return strain;
+void Felt::strain(int pad, const float* planes, const float* pressure, float* out) const {
+    for (size_t i = 0; i < layout_.cells; ++i)
+        out[i] = strain_at(pad, i, planes + i, layout_.cells, pressure[read_.empty() ? i : read_[i]]);
 }
 
 void Felt::set_elements(const PadList& pads, const std::vector<Element>& elements) {
@@ -45,8 +44,11 @@ float Felt::strain_at(int pad, size_t i, const float* first, size_t plane, float
     return f32::in_series(strain, f32::flush(pressure / modulus));
 }
 
-void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {
-    if (q == Quantity::curvature && sites_.empty()) {
+void Felt::read_field(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {
+    if (q == Quantity::strain) std::ranges::copy(strain, out);
+    else if (q == Quantity::indentation)
+        std::ranges::transform(strain, out, [&](float eps) { return f32::flush(thickness_ * eps); });
+    else
         for (int y = 0; y < height_; ++y, out += width_, rest_curvature += width_) {
             const auto rows = simd::neighbours<float>(y, width_, height_, stencil_, edges_, [&](int row) {
                 return strain.data() + size_t(row) * size_t(width_);
@@ -54,12 +56,20 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
             simd::best().in_f32.laplacian(rows, 0, width_, out);
             for (int x = 0; x < width_; ++x) out[x] = f32::flush(f32::curvature_of(rest_curvature[x], out[x], bend_));
         }
+}
+
+void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {
+    if (!picked_.empty()) {
+        std::vector<float> field(cells_);
+        read_field(q, strain, rest_curvature, field.data());
+        std::ranges::transform(picked_, out, [&](size_t cell) { return field[cell]; });
         return;
     }
+    if (sites_.empty()) return read_field(q, strain, rest_curvature, out);
     std::vector<float> held = strain;
     held.push_back(0); // the cell at rest
-    for (size_t i = 0; i < count(); ++i) {
-        const float eps = held[sites_.empty() ? i : sites_[i].stencil.here];
+    for (size_t i = 0; i < count_; ++i) {
+        const float eps = held[sites_[i].stencil.here];
         if (q == Quantity::strain) out[i] = eps;
         else if (q == Quantity::indentation) out[i] = f32::flush(thickness_ * eps);
         else out[i] = f32::flush(sites_[i].curvature(held.data(), stencil_, bend_));

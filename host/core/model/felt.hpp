@@ -13,9 +13,9 @@ class Felt {
     explicit Felt(const StreamedSkin&);
 
     // The numbers that a pad gives: its cells, or its sites in the order given.
-    size_t count() const { return sites_.empty() ? cells_ : sites_.size(); }
-    // The strain of each cell that a state holds. planes, pressure: of a pad's state (StateLayout).
-    std::vector<float> strain(int pad, const float* planes, const float* pressure) const;
+    size_t count() const { return count_; }
+    // Writes the strain of each cell that a state holds. planes, pressure: of a pad's state (StateLayout).
+    void strain(int pad, const float* planes, const float* pressure, float* out) const;
     // The strain of cell i of the state. first: its number in the first plane, and `plane` numbers behind it in the
     // next.
     float strain_at(int pad, size_t i, const float* first, size_t plane, float pressure) const;
@@ -25,14 +25,17 @@ class Felt {
     void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
 
   private:
+    void read_field(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
+
     const int width_, height_, stencil_, edges_;
-    const size_t cells_;
+    const size_t cells_, count_;
     const Chain chain_;
     const bool compensated_;
     const StateLayout layout_;
     const float bend_, thickness_;
     std::vector<size_t> read_;          // cells that sites read; empty: all
-    std::vector<SitePlace<f32>> sites_; // in the order given
+    std::vector<SitePlace<f32>> sites_; // in the order given, where the state holds the cells alone that they read
+    std::vector<size_t> picked_;        // cells of the sites in the order given, where the state holds all cells
     std::vector<double> springs_;       // in series, Pa: of pads, 0 if there is none; or of the cells of a state
     bool cells_differ_;                 // the latter
 };

@@ -63,9 +63,9 @@ class Stream {
     virtual void save(const PadList&, const StateMemory<char>&) = 0;
     virtual void load(const PadList&, const StateMemory<const char>&) = 0;
     // Copies what the states of pads hold of some cells, ascending: for each pad the first `planes` planes, in the
-    // order of save(), then their pressures.
+    // order of save(), then their pressures. Needs reserve_states().
     virtual void read(const PadList&, const std::vector<HeldCell>&, size_t planes, float* to) = 0;
-    // Keeps memory in which the states of all pads are copied, so that save() and load() allocate nothing.
+    // Keeps memory in which the states of all pads are copied, so that save(), load() and read() allocate nothing.
     virtual void reserve_states() {}
     // Gives pads other elements in series, the same number as before; strains are kept.
     virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;

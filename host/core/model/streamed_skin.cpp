@@ -80,6 +80,8 @@ void check_pads(const SkinDescription& description, const SkinOptions& options) 
 // strain is that pressure. A spring alone has no state for FA2; behind an element that never moves it has.
 void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::vector<Quantity>& asked) {
     scene::need_positive("material.thickness", *s.material.thickness);
+    if (scene::has_depth(s.receptors))
+        scene::refuse("receptors.depth", "(given)", "none with control = depth, where no pressure is known");
     if (!options.materials.empty())
         scene::refuse("materials", "(given)", "none with control = depth, where the strain follows from the depth");
     scene::drop_maps(s.material);
@@ -107,18 +109,31 @@ void take_depths(StreamedSkin& s) {
                 one, {in_cells, std::make_shared<const Spread>(spread_of(in_cells, s.skin.width(), s.skin.height()))});
         s.spread[size_t(c.type)] = one->second;
     }
-    if (s.deep()) s.picked = std::exchange(d.sites, {});
 }
 
-// Refuses fibres that follow a stress where no cell, or no single material, comes to rest.
-void check_followed(const SkinDescription& d, const SkinOptions& options, bool uniform) {
-    const std::vector<Element> chain = scene::chain_of(d.material);
-    const bool rests = uniform && options.control == Control::pressure &&
+// Sets whether SA1 and fibres follow the stress. Refuses this where no cell, or no single material, comes to rest.
+void take_followed(StreamedSkin& s, const SkinOptions& options) {
+    const Receptors& r = s.skin.description.receptors;
+    const std::vector<Element> chain = scene::chain_of(s.skin.description.material);
+    const bool rests = s.skin.uniform() && options.control == Control::pressure &&
                        std::ranges::none_of(chain, [](const Element& e) { return scene::is_viscous(e); });
-    for (size_t i = 0; i < options.afferents.size(); ++i)
-        if (options.afferents[i].follow == Signal::stress && !rests)
-            scene::refuse("afferents[" + std::to_string(i) + "].follow", "\"stress\"",
+    const auto need_rest = [rests](const std::string& key) {
+        if (!rests)
+            scene::refuse(key, "\"stress\"",
                           "\"strain\", unless the skin is pressed by pressure and has one material that comes to rest");
+    };
+    if (s.wanted[QUANTITY_SA2] && r.follow.sa2 == Signal::stress)
+        scene::refuse("receptors.follow.sa2", "\"stress\"",
+                      "\"strain\" in a skin pressed frame by frame: only scenes integrate the stress");
+    s.follows = s.wanted[QUANTITY_SA1] && r.follow.sa1 == Signal::stress;
+    if (s.follows) need_rest("receptors.follow.sa1");
+    for (size_t i = 0; i < s.afferents.size(); ++i) {
+        Afferents& a = s.afferents[i];
+        if (!scene::follows_stress(r, a)) continue;
+        need_rest(a.follow == Signal::stress ? "afferents[" + std::to_string(i) + "].follow"
+                                             : std::string("receptors.follow.") + name(a.type));
+        a.follow = Signal::stress;
+    }
 }
 
 } // namespace
@@ -141,8 +156,7 @@ StreamedSkin signals_of(const StreamedSkin& s) {
     f64::Constants& c = signals.skin.constants;
     c.bend = c.curvature_length = 0, c.gain_plus = 1, c.gain_minus = -1;
     signals.wanted = s.signals();
-    signals.spread = {};
-    signals.picked.clear();
+    signals.spread = {}, signals.follows = false, signals.picked.clear();
     return signals;
 }
 
@@ -151,8 +165,6 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     if (options.precision == Precision::f64)
         scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
     check_pads(description, options);
-    if (scene::follows_stress(description.receptors))
-        scene::refuse("receptors.follow", "\"stress\"", "\"strain\" in a skin pressed frame by frame");
     StreamedSkin s;
     SkinDescription own = description;
     if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());
@@ -165,8 +177,9 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     check_elements(s.skin.materials, s.skin.chain, s.wanted);
     check_float(s.skin);
     s.afferents = scene::validated_afferents(validated, options.afferents);
-    check_followed(validated, options, s.skin.uniform());
+    take_followed(s, options);
     take_depths(s);
+    if (s.by_signals()) s.picked = std::exchange(s.skin.description.sites, {});
     s.hold = options.hold;
     s.pads = options.count;
     for (size_t i = 0; i < options.materials.size(); ++i) {
@@ -175,6 +188,12 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
         s.elements_of_pad.insert(s.elements_of_pad.end(), own.begin(), own.end());
     }
     return s;
+}
+
+std::vector<double> moduli_at_rest(const StreamedSkin& s) {
+    std::vector<double> moduli;
+    for (int pad = 0; pad < s.pads; ++pad) moduli.push_back(scene::modulus_at_rest(elements_of(s, pad)));
+    return moduli;
 }
 
 void need_new_material(bool uniform, bool own, size_t listed, size_t all) {

@@ -22,20 +22,24 @@ struct StreamedSkin {
     std::vector<Afferents> afferents;     // of each pad
     // By class: what spreads it to the depth of its receptors; null: they answer to their cell.
     std::array<std::shared_ptr<const Spread>, REDUCED_MAPS> spread;
-    std::vector<Site> picked; // of a skin with depths: the sites, whose responses are picked from fields
-    const std::vector<Site>& sites() const { return picked.empty() ? skin.description.sites : picked; } // that answer
+    bool follows = false;     // SA1 answers to the stress, the pressure over the modulus at rest
+    std::vector<Site> picked; // of a skin by_signals(): the sites, whose responses are picked from fields
     bool deep() const {
         return std::ranges::any_of(spread, [](const auto& s) { return s != nullptr; });
     }
-    // The classes whose signals are made: with depths also SA1's, the strain, from which the gain follows.
+    // Whether responses follow from the signals of another stream, those of signals_of().
+    bool by_signals() const { return follows || deep(); }
+    // The classes whose signals are made: also SA1's, the strain, if the gain follows from it.
     Wanted signals() const {
         Wanted all = wanted;
-        all[QUANTITY_SA1] |= deep() && skin.constants.curvature_length != 0;
+        all[QUANTITY_SA1] |= by_signals() && skin.constants.curvature_length != 0;
         return all;
     }
+    // The sites that respond, in the order given; empty: every cell does.
+    const std::vector<Site>& sites() const { return picked.empty() ? skin.description.sites : picked; }
     Variant variant() const;
 };
-// The skin whose responses are the signals themselves, as they are at the surface.
+// The skin whose responses are the signals of all cells, as they are at the surface.
 StreamedSkin signals_of(const StreamedSkin&);
 // Throws Error::bad_input. threads: as for Device::cpu.
 StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&, int threads = 0);
@@ -50,6 +54,9 @@ struct PadList {
     size_t count = 1;
     int operator[](size_t i) const { return ids ? ids[i] : int(i); }
 };
+
+// The modulus at which each pad's material comes to rest, Pa, where a pad's cells all have the same elements.
+std::vector<double> moduli_at_rest(const StreamedSkin&);
 
 // The elements in series of a pad, whose cells all have the same.
 inline std::span<const Element> elements_of(const StreamedSkin& s, int pad) {

@@ -2,6 +2,7 @@
 #include "host/core/press/pressed_cells.hpp"
 
 #include "host/core/base/refusal.hpp"
+#include "host/core/cpu/stream.hpp"
 
 #include <cstring>
 
@@ -12,9 +13,18 @@ void need_step(const double* refused) {
         scene::refuse("dt", shortest(*refused), "seconds over which the coefficients of a step stay below 3.4e38");
 }
 
+// A device that does not answer by signals gives these, and the host answers.
+static std::unique_ptr<model::Stream> stream_of(const model::StreamedSkin& s, model::Backend& backend) {
+    constexpr bool devices_spread = false;
+    const bool is_device = backend.threads() == 0;
+    if (is_device && (s.follows || (s.deep() && !devices_spread)))
+        return cpu::deep_stream(s, backend.stream(signals_of(s)), 0);
+    return backend.stream(s);
+}
+
 PressedCells::PressedCells(const model::StreamedSkin& s, model::Backend& backend)
-    : pads_(size_t(s.pads)), cells_(s.skin.cells()), wanted_(s.wanted), layout_(state_layout_of(s)),
-      counts_(model::response_counts(s)), felt_(s), stream_(backend.stream(s)) {
+    : pads_(size_t(s.pads)), cells_(s.skin.cells()), fields_(s.sites().empty()), wanted_(s.wanted),
+      layout_(state_layout_of(s)), counts_(model::response_counts(s)), felt_(s), stream_(stream_of(s, backend)) {
     const std::vector<Site>& sites = s.skin.description.sites;
     if (!sites.empty()) read_ = model::SiteCells(s.skin, {s.skin.whole()}, model::cells_of(sites)).cells;
 }
@@ -42,7 +52,9 @@ std::vector<float> PressedCells::strain_of(int pad) {
     std::vector<float> strains(layout_.cells * layout_.planes), pressure(layout_.pressure);
     stream_->save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(strains.data()),
                                               .pressure = reinterpret_cast<char*>(pressure.data())});
-    return felt_.strain(pad, strains.data(), pressure.data());
+    std::vector<float> strain(layout_.cells);
+    felt_.strain(pad, strains.data(), pressure.data(), strain.data());
+    return strain;
 }
 
 const std::vector<float>& PressedCells::told(Quantity q, const float* rest_curvature) {

@@ -16,9 +16,10 @@ class PressedCells : public Stage {
     PressedCells(const model::StreamedSkin&, model::Backend&);
 
     model::Stream& stream() { return *stream_; }
-    size_t count() const { return cells_; }                   // of a pad
-    bool fields() const { return read_.empty(); }             // without sites
-    const std::vector<size_t>& read() const { return read_; } // the cells that sites read; empty without sites
+    size_t count() const { return cells_; } // of a pad
+    bool fields() const { return fields_; } // whether every cell responds
+    // The cells that a state holds, which sites read; empty: it holds all cells.
+    const std::vector<size_t>& read() const { return read_; }
     model::Felt& felt() { return felt_; }
 
     void prepare(const model::PadList& pads, const model::StepLengths& dt, size_t) override {
@@ -36,14 +37,15 @@ class PressedCells : public Stage {
 
     // The strain of each cell that a pad's state holds.
     std::vector<float> strain_of(int pad);
-    // Strain, indentation or curvature of all pads; the same memory until the next call. rest_curvature: of each cell
-    // of fields.
+    // Strain, indentation or curvature of all pads; the same memory until the next call. rest_curvature: of each cell,
+    // where a state holds all cells.
     const std::vector<float>& told(Quantity, const float* rest_curvature);
     // A response of the last press: count() numbers of all pads; nothing if the skin does not have it.
     std::optional<Skin::Response> response(Quantity);
 
   private:
     const size_t pads_, cells_;
+    const bool fields_;
     const model::Wanted wanted_;
     const model::StateLayout layout_;
     const std::array<size_t, RESPONSE_MAPS> counts_; // of each response, in a pad

@@ -49,11 +49,14 @@ void check(const model::StreamedSkin& skin, const SkinOptions& options) {
     const auto need = [](bool ok, const char* allowed) {
         if (!ok) scene::refuse("shear", "true", allowed);
     };
-    need(skin.skin.description.sites.empty(), "false in a skin with sites");
+    need(skin.sites().empty(), "false in a skin with sites");
     need(options.control == Control::pressure, "false with control = depth");
     need(scene::is_uniform(skin.skin.description.material), "false in a skin whose material has maps");
     need(skin.skin.edges != EDGES_PUBLISHED, "false with curvature.edges = published");
     need(options.count <= 524288, "false with more than 524288 pads");
+    const Receptors& r = skin.skin.description.receptors;
+    if (options.sa2_stretch && (r.depth.sa2 || r.follow.sa2 == Signal::stress))
+        scene::refuse("sa2_stretch", "(given)", "none with receptors.depth.sa2, or with receptors.follow.sa2 = stress");
 }
 
 } // namespace
@@ -148,9 +151,7 @@ const float* Shear::strain() {
                                          .strains_step = of_state * sizeof(float),
                                          .pressure_step = cells * sizeof(float)});
     for (size_t p = 0; p < 2 * pads_; ++p)
-        for (size_t i = 0; i < cells; ++i)
-            strains_[p * cells + i] = felt_->strain_at(int(p), i, planes_.data() + p * of_state + i, layout_.cells,
-                                                       pressures_[p * cells + i]);
+        felt_->strain(int(p), planes_.data() + p * of_state, &pressures_[p * cells], &strains_[p * cells]);
     is_read_ = true;
     return strains_.data();
 }

@@ -20,18 +20,17 @@ namespace dermis {
 
 struct Skin::Impl {
     // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stages have read them.
-    Impl(const model::StreamedSkin& skin, const SkinOptions& options, model::Backend& backend)
+    Impl(const model::StreamedSkin& skin, const SkinOptions& options, model::Backend& backend, std::string words)
         : count(size_t(skin.pads)), uniform(skin.skin.uniform()), wanted(skin.wanted), chain(skin.skin.chain),
           source(skin, options), shear(skin, options, backend), cells(skin, backend), spiking(skin, backend, cells),
-          last_steps(skin), saved_state(skin, last_steps, spiking, shear),
-          needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
-          tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
-          pressed(count), progress(options.progress) {
+          last_steps(skin), saved_state(skin, last_steps, spiking, shear), needs(std::move(words)),
+          threads(backend.threads()), tau(tau_range(skin.skin.materials)), description(skin.skin.description),
+          materials(options.materials), pressed(count), progress(options.progress) {
         listed.reserve(count);
         if (spiking.any() || shear.any()) cells.stream().reserve_states();
         if (description.surface.kind == Surface::Kind::map) {
             gain_at_rest = gain_of(skin.skin);
-            if (cells.fields()) rest_curvature = rest_curvature_of(skin.skin);
+            if (cells.read().empty()) rest_curvature = rest_curvature_of(skin.skin);
         }
         if (!description.surface.curvature.empty()) description.surface.ridge_period.reset(); // see cells_per_ridge()
         description.surface.map = description.surface.curvature = {};
@@ -261,7 +260,7 @@ void Skin::Impl::load(const model::PadList& list, const StateParts<const char>& 
 // Reads strain, indentation or curvature of all pads from their states.
 const std::vector<float>& Skin::Impl::told(Quantity q) {
     const DefaultFloats guard;
-    if (q == Quantity::curvature && cells.fields() && rest_curvature.empty())
+    if (q == Quantity::curvature && cells.read().empty() && rest_curvature.empty())
         rest_curvature = rest_curvature_of(model::prepare_skin(description, threads));
     return cells.told(q, rest_curvature.data());
 }
@@ -272,7 +271,7 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
         const DefaultFloats guard;
         Device::Impl& d = device.impl();
         const auto skin = model::streamed_skin(description, without_stretch(options), d.backend->threads());
-        impl_ = std::make_unique<Impl>(skin, options, *d.backend);
+        impl_ = std::make_unique<Impl>(skin, options, *d.backend, words());
         if (!d.backend->exact(skin)) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
         d.need_exact();
     });
@@ -346,7 +345,7 @@ std::vector<int> Skin::cells() const {
     return scene::guarded(impl_->needs, [&]() -> std::vector<int> {
         const PressedCells& c = impl_->cells;
         std::vector<int> all(c.read().begin(), c.read().end());
-        if (!c.fields()) return all;
+        if (!all.empty()) return all;
         all.resize(c.count());
         std::iota(all.begin(), all.end(), 0);
         return all;
@@ -358,7 +357,7 @@ void Skin::press_cells(const float* pressure, size_t numbers, double dt, const P
         Impl& s = *impl_;
         const model::PadList list = s.list_of(pads);
         const model::StepLengths steps = s.steps(&dt);
-        if (s.cells.fields()) return s.press(pressure, numbers, steps, list);
+        if (s.cells.read().empty()) return s.press(pressure, numbers, steps, list);
         s.source.need(numbers, steps, list, s.cells.read().size());
         s.source.take_read(s.cells, list, pressure, numbers);
         const Impl::Press pressed(s);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/press/spiking.hpp"
 
+#include "host/core/base/float_environment.hpp"
 #include "host/core/base/refusal.hpp"
 
 #include <algorithm>
@@ -36,30 +37,57 @@ Spiking::Spiking(const model::StreamedSkin& s, model::Backend& backend, PressedC
     if (s.afferents.empty()) return;
     std::ranges::transform(s.afferents, std::back_inserter(kinds_), model::kind_of);
     fibres_ = backend.fibres(kinds_, size_t(s.pads));
-    const std::vector<Site>& sites = s.skin.description.sites;
     const std::vector<size_t>& held = pressed.read();
     std::set<size_t> felt;
     for (const Afferents& a : s.afferents)
         for (const Cell& c : a.cells) felt.insert(s.skin.number_of(c));
+    const std::vector<std::optional<size_t>> depths = take_depths(s, backend.threads());
+    for (size_t cell = 0; spreading_ && cell < s.skin.cells(); ++cell) felt.insert(felt.end(), cell);
     for (const size_t cell : felt) {
         const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
-        cells_.push_back({.held = sites.empty() ? cell : among, .cell = cell});
+        cells_.push_back({.held = held.empty() ? cell : among, .cell = cell});
     }
     for (size_t kind = 0; kind < kinds_.size(); ++kind)
         for (size_t ending = 0; ending < kinds_[kind].endings; ++ending) {
             const Afferents& a = s.afferents[kind];
-            Source& source = sources_.emplace_back(
-                Source{.kind = kind, .ending = ending, .stress = a.follow == Signal::stress, .cells = {}});
+            Source& source = sources_.emplace_back(Source{.kind = kind,
+                                                          .ending = ending,
+                                                          .stress = a.follow == Signal::stress,
+                                                          .deep = depths[kind],
+                                                          .cells = {}});
             for (size_t i = ending; i < a.cells.size(); i += kinds_[kind].endings)
                 source.cells.push_back(uint32_t(
                     std::ranges::lower_bound(cells_, s.skin.number_of(a.cells[i]), {}, &model::HeldCell::cell) -
                     cells_.begin()));
         }
-    moduli_.resize(size_t(s.pads));
     read_.resize(size_t(s.pads) * cells_.size() * (planes_ + 1));
     state_.resize(fibres_->state_size());
-    for (int pad = 0; s.skin.uniform() && pad < s.pads; ++pad)
-        moduli_[size_t(pad)] = scene::modulus_at_rest(model::elements_of(s, pad));
+    if (s.skin.uniform()) moduli_ = moduli_at_rest(s);
+    moduli_.resize(size_t(s.pads));
+}
+
+// Lists the depths of fibres. Returns the place of each entry's depth in `deep_`; none: at the surface.
+std::vector<std::optional<size_t>> Spiking::take_depths(const model::StreamedSkin& s, int threads) {
+    std::vector<cpu::Spreading<f32>::Class> classes;
+    std::vector<std::optional<size_t>> places;
+    const size_t cells = s.skin.cells() * size_t(s.pads);
+    for (const Afferents& a : s.afferents) {
+        std::optional<size_t>& place = places.emplace_back();
+        const std::shared_ptr<const model::Spread>& spread = s.spread[size_t(a.type)];
+        const bool stress = a.follow == Signal::stress;
+        if (!spread) continue;
+        for (size_t i = 0; i < deep_.size(); ++i)
+            if (classes[i].spread == spread && deep_[i].stress == stress) place = i;
+        if (place) continue;
+        place = deep_.size();
+        classes.push_back({QUANTITY_SA1, spread});
+        deep_.push_back({.stress = stress, .map = std::vector<float>(cells)});
+        (stress ? stress_ : strain_).resize(cells);
+    }
+    for (Deep& d : deep_) from_.push_back((d.stress ? stress_ : strain_).data()), to_.push_back(d.map.data());
+    if (deep_.empty()) return places;
+    spreading_.emplace(s.skin, classes, size_t(s.skin.width()), size_t(s.pads), false, threads, simd::best());
+    return places;
 }
 
 void Spiking::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
@@ -82,10 +110,26 @@ void Spiking::prepare(const model::PadList& pads, const model::StepLengths& dt, 
     in_blocks_ = work > model::FibrePopulation<f32>::work_of_block;
 }
 
+// Makes `deep_` of the states that were read.
+void Spiking::spread(const model::PadList& pads) {
+    const size_t n = cells_.size();
+    const float* planes = read_.data();
+    for (size_t p = 0; p < pads.count; ++p, planes += n * (planes_ + 1)) {
+        const size_t pad = size_t(pads[p]);
+        const float* const pressure = planes + n * planes_;
+        const float modulus = float(moduli_[pad]);
+        if (!strain_.empty()) pressed_.felt().strain(pads[p], planes, pressure, strain_.data() + pad * n);
+        for (size_t i = 0; !stress_.empty() && i < n; ++i) stress_[pad * n + i] = f32::flush(pressure[i] / modulus);
+    }
+    spreading_->spread(pads, from_.data(), to_.data(), nullptr);
+}
+
 // The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
 void Spiking::read_inputs(const model::PadList& pads) {
+    const DefaultFloats guard;
     const size_t n = cells_.size();
     pressed_.stream().read(pads, cells_, planes_, read_.data());
+    if (spreading_) spread(pads);
     const float* planes = read_.data();
     for (size_t p = 0; p < pads.count; ++p, planes += n * (planes_ + 1)) {
         const size_t pad = size_t(pads[p]);
@@ -94,7 +138,8 @@ void Spiking::read_inputs(const model::PadList& pads) {
         for (const Source& s : sources_) {
             float* to = fibres_->inputs(pad, s.kind, s.ending);
             for (const uint32_t i : s.cells) {
-                const float q = s.stress
+                const float q = s.deep ? deep_[*s.deep].map[pad * n + i]
+                                : s.stress
                                     ? pressure[i] / modulus
                                     : pressed_.felt().strain_at(pads[p], cells_[i].held, planes + i, n, pressure[i]);
                 *to++ = std::clamp(q, -float(greatest_input), float(greatest_input));

@@ -3,6 +3,7 @@
 // spikes.
 #pragma once
 
+#include "host/core/cpu/spreading.hpp"
 #include "host/core/press/pressed_cells.hpp"
 
 namespace dermis {
@@ -30,19 +31,32 @@ class Spiking : public Stage {
     void load(const model::PadList&, const char* states) override;
 
   private:
+    std::vector<std::optional<size_t>> take_depths(const model::StreamedSkin&, int threads);
     void read_inputs(const model::PadList&);
+    void spread(const model::PadList&);
 
     // The cells of one ending of each fibre of a kind: their places in `cells_`.
     struct Source {
         size_t kind, ending;
         bool stress;
+        std::optional<size_t> deep; // the place of their depth in `deep_`
         std::vector<uint32_t> cells;
+    };
+    // A depth of fibres, and what acts on them there: the strain, or the stress over the modulus.
+    struct Deep {
+        bool stress;
+        std::vector<float> map; // of all cells of all pads
     };
     PressedCells& pressed_;
     std::vector<model::FibreKind> kinds_;
     size_t planes_;                      // of a state: those of strains
-    std::vector<model::HeldCell> cells_; // that any fibre feels, ascending
+    std::vector<model::HeldCell> cells_; // that any fibre feels, ascending; of fibres at depths all cells
     std::vector<Source> sources_;
+    std::vector<Deep> deep_;             // each depth once, the stress apart from the strain
+    std::vector<float> strain_, stress_; // what is spread to them, of all cells of all pads
+    std::vector<const float*> from_;
+    std::vector<float*> to_;
+    std::optional<cpu::Spreading<f32>> spreading_;        // from_ to to_, a class for each of `deep_`
     std::vector<double> moduli_;                          // at which each pad's material comes to rest, Pa
     std::unique_ptr<model::FibrePopulation<f32>> fibres_; // null: there are none
     std::vector<float> read_;                             // of the states of all pads

@@ -167,9 +167,6 @@ std::shared_ptr<Frames> ball_frames(const Scene&);
 void to_strain(const Scene&, std::vector<double>& depths);
 std::shared_ptr<Frames> pressed_frames(const Scene&, std::shared_ptr<Frames> depths);
 
-// Whether fibres answer to the stress, by their own choice or their class's.
-bool follows_stress(const Receptors&, const Afferents&);
-
 // Returns a line that a Gaussian of `sigma` cells has smoothed. The Gaussian is cut off at `reach` standard deviations,
 // and the line reflected at both ends (d c b a | a b c d | d c b a).
 std::vector<double> smoothed(const std::vector<double>& line, double sigma, double reach);

@@ -310,11 +310,6 @@ std::shared_ptr<Frames> open_frames(const Scene& s) {
 
 } // namespace
 
-bool follows_stress(const Receptors& r, const Afferents& a) {
-    return a.follow == Signal::stress || (a.type == Quantity::sa1 && r.follow.sa1 == Signal::stress) ||
-           (a.type == Quantity::sa2 && r.follow.sa2 == Signal::stress);
-}
-
 bool wants(const Scene& s, Quantity q) {
     const Output& o = s.output;
     const auto in = [q](const std::vector<Quantity>& list) { return std::count(list.begin(), list.end(), q) > 0; };

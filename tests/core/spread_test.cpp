@@ -1,0 +1,520 @@
+// SPDX-License-Identifier: MIT
+// labels: long threads
+// Receptors at depths in a skin that is pressed frame by frame: by closed forms, by scenes in f64, and by the bits of
+// every way. ways_test draws depths too.
+#include "host/core/cpu/stream.hpp"
+#include "tests/allocations.hpp"
+#include "tests/drawn_skin.hpp"
+#include "tests/support.hpp"
+
+#include <cstring>
+#include <numbers>
+
+using namespace test;
+
+namespace {
+
+using Poisson = std::optional<double>; // given: the strain acts at the depth, otherwise the stress
+
+constexpr double spread_spacing = 1e-4;
+
+// Pressures spread to a depth, in cells: SA1 of a flat, elastic skin of modulus 1.
+class Below {
+  public:
+    Below(int width, int height, double depth, Poisson poisson = {})
+        : skin_(Device::cpu(1), of(width, height, depth, poisson), options()) {}
+
+    std::vector<float> operator()(const std::vector<float>& pressure) {
+        skin_.press(pressure, 1);
+        const Skin::Response r = skin_.response(Quantity::sa1);
+        return {r.begin(), r.end()};
+    }
+
+  private:
+    static SkinDescription of(int width, int height, double depth, Poisson poisson) {
+        SkinDescription d;
+        d.grid = {width, height, spread_spacing};
+        d.surface = {.kind = Surface::Kind::flat, .relief = 1e-6};
+        d.material = {.modulus = 1, .viscosity = 0, .thickness = 1e-3, .curvature_length = 0};
+        d.receptors.depth.sa1 = depth * spread_spacing;
+        if (poisson) d.receptors.kernel = Receptors::Kernel::strain, d.receptors.poisson = poisson;
+        return d;
+    }
+    static SkinOptions options() { return {.responses = {Quantity::sa1}}; }
+    Skin skin_;
+};
+
+// What an even square from a corner on, below which it acts, causes per unit of its pressure (Love 1929). All in cells.
+double of_corner(double a, double b, double z, Poisson nu) {
+    const double R = std::sqrt(a * a + b * b + z * z), turn = 2 * std::numbers::pi,
+                 angle = std::atan(a * b / (z * R)) / turn,
+                 stress = angle + a * b * z / R * (1 / (a * a + z * z) + 1 / (b * b + z * z)) / turn;
+    return nu ? (1 + *nu) * (stress - 2 * *nu * angle) : stress;
+}
+double of_cell(double x, double y, double z, Poisson nu) {
+    return of_corner(x + 0.5, y + 0.5, z, nu) - of_corner(x - 0.5, y + 0.5, z, nu) -
+           of_corner(x + 0.5, y - 0.5, z, nu) + of_corner(x - 0.5, y - 0.5, z, nu);
+}
+
+// Pressure by the distance from the middle cell of a square grid.
+template <class Of> std::vector<float> about_middle(int cells, Of of) {
+    std::vector<float> map;
+    for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x) map.push_back(float(of(std::hypot(x - cells / 2, y - cells / 2))));
+    return map;
+}
+
+// The sum, over all cells, of the errors below one pressed cell; the greatest of some places of it in the pyramid, one
+// of `each`.
+double greatest_sum_of_errors(double z, Poisson nu, int cells, int each) {
+    std::vector<double> weights;
+    for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x) weights.push_back(of_cell(x, y, z, nu));
+    const model::Spread levels =
+        model::spread_of({z, nu ? Receptors::Kernel::strain : Receptors::Kernel::stress, nu.value_or(0)}, cells, cells);
+    const int period = std::min(1 << (levels.size() - 1), 64), first = cells / 2 / period * period;
+    Below below(cells, cells, z, nu);
+    std::vector<float> pressure(weights.size());
+    double greatest = 0;
+    for (int v = 0, n = 0; v <= std::max(period / 2 - 1, 0); ++v)
+        for (int u = 0; u <= v; ++u) { // the other places are these, turned
+            const int x = first + u, y = first + v;
+            if (n++ % each != 0) continue;
+            float& one = pressure[size_t(y * cells + x)];
+            one = 1;
+            const std::vector<float> spread = below(pressure);
+            one = 0;
+            double sum = 0;
+            for (int j = 0, i = 0; j < cells; ++j)
+                for (int k = 0; k < cells; ++k, ++i)
+                    sum += std::abs(double(spread[size_t(i)]) -
+                                    weights[size_t(std::abs(j - y) * cells + std::abs(k - x))]);
+            greatest = std::max(greatest, sum);
+        }
+    return greatest;
+}
+
+float greatest_of(const std::vector<float>& all) {
+    return *std::ranges::max_element(all, {}, [](float x) { return std::abs(x); });
+}
+
+std::vector<float> response_numbers(const Skin& skin, Quantity q) {
+    const Skin::Response r = skin.response(q);
+    return {r.begin(), r.end()};
+}
+
+// Ridges, a chain, gains, each class at another depth.
+SkinDescription deep_ridges(int width, int height) {
+    SkinDescription d;
+    d.grid = {width, height, spread_spacing};
+    d.surface = {.kind = Surface::Kind::wave, .relief = 5e-5, .ridge_period = 8e-4};
+    d.material.thickness = 1e-3, d.material.curvature_length = 1e-5;
+    d.material.elements = {{2e5, 8e2, {}, {}}, {1.5e5, 1e4, {}, {}}};
+    d.material.spring = 5e5;
+    d.receptors.fa2_gains = {1, -0.5};
+    d.receptors.depth = {.sa1 = 3e-4, .sa2 = 1.1e-3, .fa1 = {}, .fa2 = 6e-5};
+    return d;
+}
+std::vector<float> drawn_pressure(Random& r, size_t cells) {
+    std::vector<float> all(cells);
+    for (float& p : all) p = chance(r, 0.7) ? float(r.within(-100, 1e4)) : 0;
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("on the axis of an even disc a skin has Boussinesq's stress and strain, and on a punch's that of Sneddon") {
+    constexpr int cells = 161;
+    constexpr double radius = 60;
+    const auto disc = about_middle(cells, [](double r) { return std::clamp(radius - r + 0.5, 0.0, 1.0); });
+    const auto punch = about_middle(cells, [](double r) { // the mean over a ring: the pressure is infinite at its end
+        const auto inside = [](double s) { return -std::sqrt(std::max(1 - s * s / (radius * radius), 0.0)); };
+        const double low = std::max(r - 0.5, 0.0), high = r + 0.5;
+        return radius * radius * (inside(high) - inside(low)) / (high * high - low * low);
+    });
+    for (double z : {0.3, 1.0, 3.0, 6.0, 7.0, 10.0, 22.0, 40.0}) {
+        CAPTURE(z);
+        const size_t middle = size_t(cells / 2) * (cells + 1);
+        const double c = z / std::hypot(radius, z), q = z / radius;
+        CHECK(Below(cells, cells, z)(disc)[middle] == absolute(1 - c * c * c, 1e-3));
+        const double sideways = 0.9 - 1.4 * c + c * c * c / 2; // each of the horizontal stresses, of ratio 0.4
+        CHECK(Below(cells, cells, z, 0.4)(disc)[middle] == absolute(1 - c * c * c - 0.8 * sideways, 1e-3));
+        CHECK(Below(cells, cells, z)(punch)[middle] ==
+              absolute((1 + 3 * q * q) / (1 + q * q) / (1 + q * q) / 2, 1e-3 * greatest_of(punch)));
+    }
+}
+
+TEST_CASE(
+    "in the middle of a wide skin a wave of pressure keeps (1 + kz)e^(-kz), and a cell's force goes all the way down") {
+    constexpr int cells = 320;
+    constexpr double k = 2 * std::numbers::pi / 24;
+    std::vector<float> wave, cell(size_t(cells) * cells);
+    for (int i = 0; i < cells * cells; ++i) wave.push_back(float(std::cos(k * (i % cells - cells / 2))));
+    const size_t middle = size_t(cells / 2) * (cells + 1);
+    cell[middle] = 1;
+    for (double z : {1.0, 3.0, 6.0, 10.0, 22.0}) {
+        CAPTURE(z);
+        Below below(cells, cells, z);
+        CHECK(below(wave)[middle] == absolute(std::sin(k / 2) / (k / 2) * (1 + k * z) * std::exp(-k * z), 1e-3));
+        const std::vector<float> spread = below(cell);
+        const double sum = std::accumulate(spread.begin(), spread.end(), 0.0),
+                     tail = std::pow(z / std::hypot(cells / 2, z), 3);
+        CHECK(sum <= 1 + 1e-3);
+        CHECK(sum >= 1 - tail - 1e-3);
+    }
+}
+
+TEST_CASE("below a pressed cell the errors against Love's corners sum to less than 1e-3, at every depth and place") {
+    constexpr double ratios[] = {0.05, 0.3, 1,    1.5, 2,  2.5,   3,  3.5, 4,  5, 6,
+                                 6.5,  7,   7.99, 8,   10, 13.99, 14, 22,  28, 40};
+    for (const Poisson nu : {Poisson(), Poisson(0.4)})
+        for (double z : ratios) {
+            CAPTURE(z);
+            CAPTURE(nu.has_value());
+            if (!night() && z > 14) continue;
+            const int cells = night() ? std::clamp(int(14 * z), 96, 512) : 96;
+            CHECK(greatest_sum_of_errors(z, nu, cells, night() ? 1 : 11) <= model::spread_error);
+        }
+}
+
+TEST_CASE("pads of up to 8 x 8 cells have the sums over all cells, within 4 units of float") {
+    Random r;
+    for (int n = 0; n < 60; ++n) {
+        const int width = whole(r, 1, 8), height = whole(r, 1, 8);
+        const double z = r.decades(-1, 2);
+        const Poisson nu = chance(r, 0.5) ? Poisson(r.within(0, 0.5)) : Poisson();
+        std::vector<float> pressure(size_t(width * height));
+        for (float& p : pressure) p = float(r.within(0, 1));
+        const std::vector<float> spread = Below(width, height, z, nu)(pressure);
+        for (int at = 0; at < width * height; ++at) {
+            double sum = 0, sizes = 0; // a strain has weights of both signs
+            for (int i = 0; i < width * height; ++i) {
+                const double part =
+                    double(pressure[size_t(i)]) * of_cell(at % width - i % width, at / width - i / width, z, nu);
+                sum += part, sizes += std::abs(part);
+            }
+            CHECK(spread[size_t(at)] == absolute(sum, 4 * 0x1p-23 * sizes));
+        }
+    }
+}
+
+TEST_CASE("a batch at depths has the bits of single pads, by every instruction set and number of threads") {
+    struct Batch {
+        int width, height, pads;
+        double depth; // cells
+    };
+    Random r;
+    for (const Batch& b : {Batch{4, 4, 37, 0.5},
+                           {8, 8, 9, 1},
+                           {1, 1, 5, 1},
+                           {12, 12, 40, 1},
+                           {20, 25, 19, 3},
+                           {33, 17, 9, 9},
+                           {64, 64, 8, 6},
+                           {65, 70, 3, 6},
+                           {200, 150, 1, 6},
+                           {1, 50, 9, 3}}) {
+        CAPTURE(b.width);
+        SkinDescription d = deep_ridges(b.width, b.height);
+        d.receptors.depth = {.sa1 = b.depth * spread_spacing,
+                             .sa2 = 2 * b.depth * spread_spacing,
+                             .fa1 = {},
+                             .fa2 = 4 * b.depth * spread_spacing};
+        const size_t cells = size_t(b.width) * size_t(b.height);
+        std::vector<std::vector<float>> frames;
+        for (int f = 0; f < 2; ++f) frames.push_back(drawn_pressure(r, cells * size_t(b.pads)));
+        const double dt = 1e-3;
+        const model::StepLengths steps{.dt = &dt};
+        // Appends the responses of so many pads after the last frame.
+        using Responses = std::array<std::vector<float>, 4>;
+        const auto press_pads = [&](model::Stream& stream, size_t pads, size_t from, Responses& all) {
+            const model::PadList list{.count = pads};
+            stream.reset(list);
+            for (const std::vector<float>& f : frames) {
+                REQUIRE(stream.take(list, f.data() + from * cells));
+                REQUIRE(stream.prepare(list, steps) == nullptr);
+                stream.press(list, steps);
+            }
+            for (size_t q = 0; q < 4; ++q) {
+                const float* const response = stream.response(all_responses[q]);
+                all[q].insert(all[q].end(), response, response + pads * cells);
+            }
+        };
+        SkinOptions options;
+        const auto single = cpu::stream(model::streamed_skin(d, options), 1, simd::plain);
+        Responses expected;
+        for (size_t pad = 0; pad < size_t(b.pads); ++pad) press_pads(*single, 1, pad, expected);
+        options.count = b.pads;
+        const model::StreamedSkin batch = model::streamed_skin(d, options);
+        for (const simd::Isa* isa : simd::isas())
+            for (int threads = 1; threads <= 3; ++threads) {
+                Responses got;
+                press_pads(*cpu::stream(batch, threads, *isa), size_t(b.pads), 0, got);
+                CHECK_MESSAGE(got == expected, std::string(isa->name), ", ", threads, " threads");
+            }
+    }
+}
+
+TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the greatest signal, times 1 + |l C|") {
+    Random r;
+    for (int n = 0; n < (night() ? 100 : 8); ++n) {
+        Scene s;
+        SkinDescription& d = s;
+        d = deep_ridges(whole(r, 1, 70), whole(r, 1, 70));
+        d.receptors.fa2_gains = {1, -1};
+        d.receptors.fa2 = Fa2::step_mean;
+        DrawnSkin drawn;
+        draw_material(r, drawn);
+        d.material.elements = like(r, drawn.skin.material).elements;
+        d.material.spring.reset();
+        if (chance(r, 0.5)) d.material.spring = r.decades(4, 6);
+        if (chance(r, 0.5)) d.receptors.sa2_adaptation = r.decades(-2, 0);
+        if (chance(r, 0.5)) d.receptors.kernel = Receptors::Kernel::strain, d.receptors.poisson = r.within(0, 0.5);
+        Depths& z = d.receptors.depth;
+        for (std::optional<double>* depth : {&z.sa1, &z.sa2, &z.fa1, &z.fa2})
+            *depth = spread_spacing * r.decades(-1, 1.5);
+        std::vector<double> map(size_t(d.grid.width) * size_t(d.grid.height));
+        for (double& p : map) p = chance(r, 0.5) ? r.within(0, 1) : 0;
+        map[0] = 1;
+        s.load.kind = Load::Kind::map, s.load.map = map, s.load.intensity = r.decades(2, 3);
+        s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 0.05};
+        s.time = {.step = 1e-3, .duration = 0.06};
+        s.output.traces = {}, s.output.probes = {};
+        s.output.fields = {{0.02, {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::curvature}}};
+        const Result scene = run(s);
+        SkinDescription surface = d;
+        surface.receptors.depth = {}, surface.receptors.kernel = Receptors::Kernel::stress,
+        surface.receptors.poisson.reset();
+        surface.material.curvature_length = 0;
+        Skin skin(Device::cpu(1), d), signals(Device::cpu(1), surface);
+        double greatest[4] = {}; // of each signal: what has decayed in float is what greater numbers have left
+        for (int k = 1; k <= 20; ++k) {
+            std::vector<float> pressure;
+            for (double p : map) pressure.push_back(float(s.load.intensity * p * k / 50));
+            skin.press(pressure, 1e-3), signals.press(pressure, 1e-3);
+            for (size_t q = 0; q < 4; ++q)
+                greatest[q] =
+                    std::max(greatest[q], double(std::abs(greatest_of(response_numbers(signals, all_responses[q])))));
+        }
+        double gain = 1;
+        for (double C : scene.fields[4].values) gain = std::max(gain, 1 + std::abs(*d.material.curvature_length * C));
+        for (size_t q = 0; q < 4; ++q) {
+            const auto& expected = scene.fields[q].values;
+            const std::vector<float> got = response_numbers(skin, all_responses[q]);
+            double off = 0;
+            for (size_t i = 0; i < got.size(); ++i) off = std::max(off, std::abs(double(got[i]) - expected[i]));
+            CHECK_MESSAGE(off <= 1e-3 * gain * greatest[q], d.grid.width, " x ", d.grid.height, ", ",
+                          std::string(name(all_responses[q])), ", skin ", n);
+        }
+    }
+}
+
+TEST_CASE("sites at depths have what their cells have without sites, and the state is that of all cells") {
+    SkinDescription fields = deep_ridges(23, 17), sites = fields;
+    const Quantity classes[] = {Quantity::fa2, Quantity::sa1, Quantity::sa1, Quantity::fa1, Quantity::fa2};
+    for (int i = 0; i < 5; ++i) sites.sites.push_back({classes[i], {(7 * i) % 23, (5 * i) % 17}});
+    SkinOptions options;
+    options.responses = {Quantity::sa1, Quantity::fa1, Quantity::fa2};
+    options.count = 3;
+    Skin all(Device::cpu(1), fields, options), some(Device::cpu(1), sites, options);
+    CHECK(some.cells() == all.cells());
+    Random r;
+    const std::vector<float> pressure = drawn_pressure(r, 3 * 23 * 17);
+    all.press(pressure, 1e-3), some.press_cells(pressure.data(), pressure.size(), 1e-3);
+    CHECK(saved(all) == saved(some));
+    for (Quantity q :
+         {Quantity::sa1, Quantity::fa1, Quantity::fa2, Quantity::strain, Quantity::indentation, Quantity::curvature}) {
+        std::vector<float> expected;
+        for (size_t pad = 0; pad < 3; ++pad)
+            for (const Site& site : sites.sites)
+                if (q == site.type || q > Quantity::fa2 || q == Quantity::strain)
+                    expected.push_back(all.response(q)[pad * 23 * 17 + size_t(site.cell.y * 23 + site.cell.x)]);
+        CHECK_MESSAGE(response_numbers(some, q) == expected, std::string(name(q)));
+    }
+    CHECK(some.report(1).strain.value == all.report(1).strain.value);
+    CHECK_THROWS_AS(some.response(Quantity::sa2), Error);
+}
+
+TEST_CASE("a state saved without depths goes on at depths, and the other way round, by the same bits") {
+    SkinDescription deep = deep_ridges(23, 17), flat = deep;
+    flat.receptors.depth = {};
+    Random r;
+    for (const Hold hold : {Hold::linear, Hold::parabolic}) {
+        SkinOptions options;
+        options.hold = hold, options.count = 2;
+        Skin a(Device::cpu(1), deep, options), b(Device::cpu(1), flat, options), c(Device::cpu(1), deep, options),
+            e(Device::cpu(1), flat, options);
+        const auto press_all = [&] {
+            const std::vector<float> pressure = drawn_pressure(r, 2 * 23 * 17);
+            for (Skin* skin : {&a, &b, &c, &e}) skin->press(pressure, 1e-3);
+        };
+        const auto hand_over = [](const Skin& from, Skin& to) {
+            const Bytes state = saved(from);
+            to.load(state.data(), state.size());
+        };
+        press_all(), press_all();
+        CHECK(saved(a) == saved(b));
+        c.reset(), e.reset();
+        hand_over(b, c), hand_over(a, e);
+        press_all();
+        for (Quantity q : all_responses) {
+            CHECK(response_numbers(c, q) == response_numbers(a, q));
+            CHECK(response_numbers(e, q) == response_numbers(b, q));
+        }
+    }
+}
+
+TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without gain") {
+    SkinDescription d = deep_ridges(21, 12);
+    d.receptors.depth = {.sa1 = 3e-4, .sa2 = {}, .fa1 = {}, .fa2 = 1.2e-3};
+    d.material.spring.reset(); // whose strain a step rounds otherwise than who reads the state
+    SkinDescription as_input = d;
+    as_input.material.curvature_length = 0;
+    SkinOptions options, plain;
+    plain.responses = {Quantity::sa1};
+    plain.count = options.count = 2;
+    options.responses = {Quantity::fa1};
+    for (Quantity q : {Quantity::sa1, Quantity::fa1, Quantity::fa2}) {
+        options.afferents.push_back({.type = q, .model = {}, .cells = {}});
+        for (int i = 0; i < 10; ++i) options.afferents.back().cells.push_back({2 * i, i});
+    }
+    for (const Signal follow : {Signal::strain, Signal::stress})
+        for (Device device : {Device::cpu(1), Device::open("vulkan")}) {
+            as_input.receptors.follow.sa1 = follow;
+            for (Afferents& a : options.afferents) a.follow = follow;
+            Skin skin(device, d, options);
+            std::vector<Skin> inputs;
+            for (const std::optional<double> z :
+                 {d.receptors.depth.sa1, d.receptors.depth.fa1, d.receptors.depth.fa2}) {
+                as_input.receptors.depth = {.sa1 = z};
+                inputs.emplace_back(Device::cpu(1), as_input, plain);
+            }
+            Random r;
+            for (int n = 0; n < 2; ++n) {
+                const std::vector<float> pressure = drawn_pressure(r, 2 * 21 * 12);
+                skin.press(pressure, 1e-3);
+                for (Skin& input : inputs) input.press(pressure, 1e-3);
+            }
+            const Bytes state = saved(skin);
+            constexpr char part[] = "fibres\0";
+            const unsigned char* at = &*std::search(state.begin(), state.end(), part, part + sizeof part) + 16;
+            for (size_t pad = 0; pad < 2; ++pad)
+                for (size_t kind = 0; kind < 3; ++kind)
+                    for (const Cell& c : options.afferents[kind].cells) {
+                        CAPTURE(kind);
+                        CAPTURE(int(follow));
+                        float planes[FIBRE_PLANES];
+                        std::memcpy(planes, at, sizeof planes);
+                        at += sizeof planes;
+                        CHECK(planes[FIBRE_INPUT] ==
+                              inputs[kind].response(Quantity::sa1)[pad * 21 * 12 + size_t(c.y * 21 + c.x)]);
+                    }
+        }
+}
+
+TEST_CASE("SA1 that follows the stress answers as a spring of the modulus at rest does, with the gain of the strain") {
+    SkinDescription d = deep_ridges(21, 12);
+    d.receptors.follow.sa1 = Signal::stress;
+    SkinOptions options;
+    options.count = 3, options.responses = {Quantity::sa1, Quantity::fa1};
+    Material other = d.material;
+    other.spring = 2e5;
+    options.materials = {d.material, other, d.material};
+    Random r;
+    for (const std::optional<double> depth : {std::optional<double>(), {3e-4}}) {
+        d.receptors.depth = {.sa1 = depth};
+        SkinDescription strained = d, spring = d;
+        strained.receptors.follow = {}, spring.receptors.follow = {};
+        spring.material = {.modulus = 1, .viscosity = 0, .thickness = 1e-3, .curvature_length = 0};
+        SkinOptions of_spring = options, of_strain = options;
+        of_strain.responses = {Quantity::fa1};
+        of_spring.responses = {Quantity::sa1};
+        const auto at_rest = [](const Material& m) {
+            return Material{.modulus = 1 / (1 / m.elements[0].modulus + 1 / m.elements[1].modulus + 1 / *m.spring),
+                            .viscosity = 0};
+        };
+        of_spring.materials.clear();
+        for (const Material& m : options.materials) of_spring.materials.push_back(at_rest(m));
+        for (Device device : {Device::cpu(1), Device::cpu(3), Device::open("vulkan")}) {
+            Skin skin(device, d, options), same(Device::cpu(1), strained, of_strain),
+                springs(Device::cpu(1), spring, of_spring);
+            for (int n = 0; n < 3; ++n) {
+                const std::vector<float> pressure = drawn_pressure(r, 3 * 21 * 12);
+                for (Skin* s : {&skin, &same, &springs}) s->press(pressure, 1e-3);
+                if (n == 1) {
+                    skin.set_material(other, std::vector<int>{2}), same.set_material(other, std::vector<int>{2});
+                    springs.set_material(at_rest(other), std::vector<int>{2});
+                }
+            }
+            CHECK(response_numbers(skin, Quantity::fa1) == response_numbers(same, Quantity::fa1));
+            const std::vector<float> got = response_numbers(skin, Quantity::sa1),
+                                     signal = response_numbers(springs, Quantity::sa1),
+                                     C = response_numbers(same, Quantity::curvature);
+            for (size_t i = 0; i < got.size(); ++i) {
+                CAPTURE(i);
+                CHECK(got[i] ==
+                      absolute(double(signal[i]) * (1 + 1e-5 * double(C[i])), 2e-6 * double(greatest_of(signal))));
+            }
+        }
+    }
+}
+
+TEST_CASE("what a skin at depths cannot have is refused by name") {
+    const auto why = [](auto change) {
+        SkinDescription d = deep_ridges(12, 9);
+        SkinOptions options;
+        change(d, options);
+        return refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), d, options); });
+    };
+    const auto says = [](const std::string& text, const char* part) {
+        CHECK_MESSAGE(text.find(part) != std::string::npos, text);
+    };
+    says(why([](SkinDescription& d, SkinOptions&) {
+             d.material.elements[0].modulus_map = std::vector<double>(108, 1e5);
+         }),
+         "receptors.depth.sa1 = 3e-04; allowed: none where the material differs");
+    says(why([](SkinDescription& d, SkinOptions&) { d.edges = Edges::periodic; }),
+         "receptors.depth.sa1 = 3e-04; allowed: none with curvature.edges = \"periodic\"");
+    says(why([](SkinDescription&, SkinOptions& o) { o.control = Control::depth; }),
+         "receptors.depth = (given); allowed: none with control = depth");
+    says(why([](SkinDescription& d, SkinOptions&) { d.grid.spacing.reset(); }), "only with grid.spacing");
+    says(why([](SkinDescription& d, SkinOptions&) { d.receptors.depth.fa1 = 200; }),
+         "receptors.depth.fa1 = 200; allowed: 0, or 1e-10 .. 100, a millionth and a million times grid.spacing");
+    says(why([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa2 = Signal::stress; }),
+         "receptors.follow.sa2 = \"stress\"; allowed: \"strain\" in a skin pressed frame by frame: only scenes");
+    says(why([](SkinDescription& d, SkinOptions&) {
+             d.receptors.follow.sa1 = Signal::stress, d.material.dashpot = 1e5;
+         }),
+         "receptors.follow.sa1 = \"stress\"; allowed: \"strain\", unless");
+    says(why([](SkinDescription& d, SkinOptions& o) {
+             d.receptors.depth = {}, d.receptors.follow.sa1 = Signal::stress, o.control = Control::depth;
+         }),
+         "receptors.follow.sa1");
+    says(why([](SkinDescription&, SkinOptions& o) {
+             o.shear = true, o.sa2_stretch = {1, 0};
+         }),
+         "sa2_stretch = (given); allowed: none with receptors.depth.sa2");
+    says(why([](SkinDescription& d, SkinOptions& o) {
+             d.sites = {{Quantity::sa1, {1, 1}}}, o.shear = true;
+         }),
+         "shear = true; allowed: false in a skin with sites");
+}
+
+TEST_CASE("a press at depths allocates nothing, with sites, fibres and a stress that is followed") {
+    SkinDescription d = deep_ridges(21, 12);
+    d.receptors.follow.sa1 = Signal::stress;
+    for (int i = 0; i < 8; ++i) d.sites.push_back({i % 2 ? Quantity::sa1 : Quantity::fa2, {2 * i, i}});
+    SkinOptions options;
+    options.count = 9;
+    options.afferents = {{.type = Quantity::sa1, .model = {}, .cells = {}},
+                         {.type = Quantity::fa2, .model = {}, .cells = {}}};
+    for (int threads : {1, 2}) {
+        Skin skin(Device::cpu(threads), d, options);
+        Random r;
+        const std::vector<float> pressure = drawn_pressure(r, 9 * 21 * 12);
+        for (int n = 0; n < 3; ++n) skin.press(pressure, 1e-3);
+        const size_t before = allocations();
+        for (int n = 0; n < 3; ++n) skin.press(pressure, 1e-3);
+        CHECK(allocations() == before);
+    }
+}
