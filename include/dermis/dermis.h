@@ -250,9 +250,9 @@ DERMIS_API dermis_status dermis_skin_press_tractions(dermis_skin* skin, const fl
 // pressed. Frames of no pad do what one does.
 DERMIS_API dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, size_t count, size_t cells,
                                                   double dt, const dermis_pads* pads);
-// The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the scene has sites, they are the
-// cells that the stencils of the sites read; otherwise they are all cells. The memory stays the same until the skin is
-// destroyed.
+// The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the scene has sites, and neither a
+// depth nor a stress that SA1 follows, they are the cells that the stencils of the sites read; otherwise they are all
+// cells. The memory stays the same until the skin is destroyed.
 DERMIS_API dermis_status dermis_skin_get_cells(dermis_skin* skin, const int32_t** cells, size_t* count);
 // The same as dermis_skin_press, to the bit, with the pressures of these cells alone. numbers: as many as there are
 // cells, times the pads pressed.

@@ -42,8 +42,8 @@ Spiking::Spiking(const model::StreamedSkin& s, model::Backend& backend, PressedC
     for (const Afferents& a : s.afferents)
         for (const Cell& c : a.cells) felt.insert(s.skin.number_of(c));
     const std::vector<std::optional<size_t>> depths = take_depths(s, backend.threads());
-    for (size_t cell = 0; spreading_ && cell < s.skin.cells(); ++cell) felt.insert(felt.end(), cell);
-    for (const size_t cell : felt) {
+    for (size_t cell = 0; spreading_ && cell < s.skin.cells(); ++cell) cells_.push_back({.held = cell, .cell = cell});
+    for (const size_t cell : spreading_ ? std::set<size_t>() : felt) {
         const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
         cells_.push_back({.held = held.empty() ? cell : among, .cell = cell});
     }

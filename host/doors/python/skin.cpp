@@ -356,7 +356,8 @@ void bind_skin(nb::module_& m) {
              "The same as press, to the bit, in a time that depends on these cells and not on the grid.")
         .def_prop_ro(
             "cells", [](const SkinWithShapes& s) { return s.skin->cells(); },
-            "The cells whose pressure the skin needs, y*width + x: where there are sites, the cells that they read.")
+            "The cells whose pressure the skin needs, y*width + x: where there are sites, and neither a depth nor a\n"
+            "stress that SA1 follows, the cells that the sites read; otherwise all cells.")
         .def("__getitem__", response,
              nb::sig("def __getitem__(self, response: dermis._typing.OfSkin) -> numpy.typing.NDArray[numpy.float32]"),
              nb::arg("response").none(),

@@ -289,6 +289,34 @@ static void materials(void) {
     dermis_scene_destroy(scene);
 }
 
+static void depths_of_receptors(void) {
+    const double turn = 6.283185307179586, far = sqrt(1.5), quarter = (atan(0.25 / far) + 0.25 / far * 1.6) / turn;
+    dermis_scene* scene = scene_of(
+        "[grid]\nwidth = 4\nheight = 3\nspacing = 1e-3\n[surface]\nkind = \"flat\"\nrelief = 1e-6\n[material]\n"
+        "modulus = 1\nviscosity = 0\nthickness = 1e-3\ncurvature_length = 0\n[receptors]\ndepth = { sa1 = 1e-3 }\n");
+    dermis_skin *skin = NULL, *deep = NULL;
+    const float *sa1 = NULL, *sites = NULL;
+    const int32_t* cells = NULL;
+    float pressure[CELLS] = {0};
+    size_t count = 0;
+    const dermis_skin_options o = {.size = sizeof o, .count = 1, .responses = DERMIS_BIT(DERMIS_SA1)};
+    CHECK(dermis_skin_create(on, scene, &o, &deep) == DERMIS_OK);
+    CHECK(dermis_scene_set(scene, "sites", "[[\"sa1\", 2, 1], [\"sa1\", 1, 1]]") == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, NULL, &skin) == DERMIS_OK);
+    pressure[6] = 1; /* cell [2, 1] */
+    CHECK(press(deep, pressure, CELLS, 1) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(deep, DERMIS_SA1, &sa1, &count) == DERMIS_OK && count == CELLS);
+    CHECK(fabs(sa1[6] / (4 * quarter) - 1) < 1e-6); /* four corners of a square meet above it (Love 1929) */
+    CHECK(sa1[5] > 0 && sa1[5] == sa1[7] && sa1[5] < sa1[6]);
+    CHECK(dermis_skin_get_cells(skin, &cells, &count) == DERMIS_OK && count == CELLS);
+    CHECK(dermis_skin_press_cells(skin, pressure, CELLS, 1, NULL) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &sites, &count) == DERMIS_OK && count == 2);
+    CHECK(sites[0] == sa1[6] && sites[1] == sa1[5]);
+    dermis_skin_destroy(skin);
+    dermis_skin_destroy(deep);
+    dermis_scene_destroy(scene);
+}
+
 static void options(void) {
     dermis_scene* scene = scene_of(pad);
     dermis_skin* skin = NULL;
@@ -502,6 +530,7 @@ int main(void) {
         presses();
         materials();
         options();
+        depths_of_receptors();
         spikes();
         spikes_of_a_run();
         batches(device);

@@ -345,6 +345,32 @@ def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
     assert skin_of(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
 
 
+def test_receptors_at_a_depth_answer_to_all_cells_of_their_pad():
+    z = 3.0  # cells
+    deep = {"grid": {"width": 8, "height": 6, "spacing": 1e-4}, "surface": {"kind": "flat", "relief": 1e-6},
+            "material": {"modulus": 1.0, "viscosity": 0.0, "thickness": 1e-3, "curvature_length": 0.0},
+            "receptors": {"depth": {"sa1": 1e-4 * z}}}
+    pressure = pressures(2, 6, 8)
+
+    def corner(a, b):  # Love, 1929: the stress below a corner of an even rectangle
+        far = np.sqrt(a * a + b * b + z * z)
+        return (np.arctan(a * b / (z * far)) + a * b * z / far * (1 / (a * a + z * z) + 1 / (b * b + z * z))) / (2 * np.pi)
+
+    y, x, j, i = np.ogrid[:6, :8, :6, :8]
+    low, high = (x - i - 0.5, y - j - 0.5), (x - i + 0.5, y - j + 0.5)
+    weights = corner(high[0], high[1]) - corner(low[0], high[1]) - corner(high[0], low[1]) + corner(low[0], low[1])
+    skin = skin_of(deep, 2, responses="sa1")
+    sites = skin_of(dermis.Scene(deep, sites=[("sa1", 3, 2), ("sa1", 0, 5)]), 2)
+    copied = pickle.loads(pickle.dumps(skin))
+    for one in (skin, copied):
+        one.press(pressure, 1.0)
+        np.testing.assert_allclose(one["sa1"], np.einsum("yxji,pji->pyx", weights, pressure), rtol=2e-6)
+    assert sites.cells == list(range(48))
+    sites.press_cells(pressure.reshape(2, 48), 1.0)
+    assert np.array_equal(sites["sa1"], skin["sa1"][:, [2, 5], [3, 0]]) and sites["sa1"].shape == (2, 2)
+    assert "receptors.depth = (given); allowed: none with control" in str(refused(skin_of, deep, control="depth"))
+
+
 def test_a_skin_takes_depths_and_keeps_doing_so_when_pickled():
     skin = skin_of(GRID, control="depth")
     depths = pressures(2, 25, 20)
