@@ -199,6 +199,8 @@ model::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, co
     scene::need(max_bindings >= 1 && max_bindings <= 65536, "max_bindings", max_bindings, "1..65536");
     if (options.hold != Hold::linear) refuse("hold", "parabolic", "linear in a SkinProgram; a Skin has both");
     if (options.control != Control::pressure) refuse("control", "depth", "pressure in a SkinProgram; a Skin has both");
+    if (scene::follows_stress(d.receptors))
+        refuse("receptors.follow", "\"stress\"", "\"strain\" in a SkinProgram; a Skin has both");
     if (options.shear) refuse("shear", "true", "false in a SkinProgram; a Skin has shear");
     if (!options.afferents.empty())
         refuse("afferents", std::to_string(options.afferents.size()) + " kinds",

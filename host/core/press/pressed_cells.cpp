@@ -13,13 +13,10 @@ void need_step(const double* refused) {
         scene::refuse("dt", shortest(*refused), "seconds over which the coefficients of a step stay below 3.4e38");
 }
 
-// A device that does not answer by signals gives these, and the host answers.
+// A device knows no stress that is followed: it gives the signals, and the host answers.
 static std::unique_ptr<model::Stream> stream_of(const model::StreamedSkin& s, model::Backend& backend) {
-    constexpr bool devices_spread = false;
-    const bool is_device = backend.threads() == 0;
-    if (is_device && (s.follows || (s.deep() && !devices_spread)))
-        return cpu::deep_stream(s, backend.stream(signals_of(s)), 0);
-    return backend.stream(s);
+    if (backend.threads() > 0 || !s.follows) return backend.stream(s);
+    return cpu::deep_stream(s, backend.stream(signals_of(s)), 0);
 }
 
 PressedCells::PressedCells(const model::StreamedSkin& s, model::Backend& backend)
