@@ -315,6 +315,122 @@ TEST_CASE("a receptor at a depth beside the pressed cells is bent by them") {
     CHECK(witnessed.measured_error <= witnessed.predicted_error);
 }
 
+// All responses, in fields, means, extremes, a probe and sites.
+Scene read_everywhere(int width, int height) {
+    Scene s = ridged(width, height);
+    s.output.traces.assign(std::begin(all_responses), std::end(all_responses));
+    s.output.fields = {{0.3, s.output.traces}, {0.17, {Quantity::strain, Quantity::sa1}}};
+    s.output.probes = {{width / 2, height / 2}};
+    for (int i = 0; i < 8; ++i) s.sites.push_back({all_responses[i % 4], {(width + i) / 2, (height - i) / 2}});
+    return s;
+}
+
+// The greatest difference of any output, by the greatest value of its quantity in a field.
+double distance_of(const Result& a, const Result& b) {
+    std::map<Quantity, double> greatest;
+    for (const Field& f : b.fields)
+        for (double v : f.values) greatest[f.quantity] = std::max(greatest[f.quantity], std::abs(v));
+    double most = 0;
+    const auto take = [&](Quantity q, const std::vector<double>& x, const std::vector<double>& y) {
+        REQUIRE(x.size() == y.size());
+        for (size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i] - y[i]) / greatest[q]);
+    };
+    for (size_t i = 0; i < a.fields.size(); ++i) take(a.fields[i].quantity, a.fields[i].values, b.fields[i].values);
+    for (size_t i = 0; i < a.traces.size(); ++i) {
+        const Quantity q = a.traces[i].quantity;
+        take(q, a.traces[i].mean, b.traces[i].mean);
+        take(q, a.traces[i].min, b.traces[i].min);
+        take(q, a.traces[i].max, b.traces[i].max);
+        take(q, a.traces[i].probes[0], b.traces[i].probes[0]);
+    }
+    for (size_t i = 0; i < a.responses.size(); ++i) take(all_responses[i % 4], {a.responses[i]}, {b.responses[i]});
+    return most;
+}
+
+TEST_CASE("fields, traces and sites of frames at depths are those of the product, within 1e-3 of what presses") {
+    for (auto kernel : {Receptors::Kernel::stress, Receptors::Kernel::strain}) {
+        Scene product = read_everywhere(70, 41);
+        product.receptors.kernel = kernel;
+        if (kernel == Receptors::Kernel::strain) product.receptors.poisson = 0.4;
+        const AsFrames frames(product);
+        const Result a = run(frames.scene), b = run(product);
+        CHECK(int(a.model) == int(Model::march));
+        CHECK(int(a.precision) == int(Precision::f32_compensated)); // double would be no better
+        CHECK(distance_of(a, b) < 1e-3);
+        CHECK(distance_of(a, b) > 1e-6);
+        CHECK(a.predicted_error > 1e-3);
+        CHECK(a.predicted_error < 2e-2);
+    }
+}
+
+TEST_CASE("a march at depths on a grid of 8 x 8, whose weights are those of the sums, is exact") {
+    Scene product = read_everywhere(8, 7);
+    const AsFrames frames(product);
+    Scene marched = product, framed = frames.scene;
+    marched.model = framed.model = Model::march;
+    marched.precision = framed.precision = Precision::f64;
+    for (const Scene& s : {marched, framed}) CHECK(distance_of(run(s), run(product)) < 1e-12);
+}
+
+TEST_CASE("a march at depths has the same bits on CPU and Vulkan") {
+    Scene sampled = read_everywhere(70, 41);
+    const AsFrames frames(sampled);
+    const Scene product = read_everywhere(40, 31);
+    for (Scene s : {frames.scene, product})
+        for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+            s.precision = precision;
+            RunOptions check;
+            check.check = true;
+            const Result r = run(s, Device::open("vulkan"), check);
+            CHECK(r.cells_compared >= 8 * 5 * 40 * 31);
+            CHECK(r.cells_different == 0);
+            CHECK(r.device.vulkan);
+            const Result cpu = run(s, Device::cpu(1));
+            CHECK(int(cpu.model) == int(Model::march));
+            CHECK(distance_of(r, cpu) == 0);
+        }
+}
+
+TEST_CASE("a class without a depth has the bits of a march without depths, beside classes with one") {
+    Scene s = read_everywhere(40, 31);
+    s.model = Model::march;
+    for (Precision precision : {Precision::f32, Precision::f64}) {
+        s.precision = precision;
+        s.receptors.depth = {};
+        const Result surface = run(s, Device::cpu(1));
+        s.receptors.depth.fa2 = 3e-4;
+        const Result deep = run(s, Device::cpu(1));
+        for (size_t i : {0u, 1u, 2u, 3u, 4u}) CHECK(deep.fields[i].values == surface.fields[i].values);
+        CHECK(deep.fields[5].values != surface.fields[5].values);
+        for (size_t t = 0; t < 3; ++t) {
+            CHECK(deep.traces[t].mean == surface.traces[t].mean);
+            CHECK(deep.traces[t].max == surface.traces[t].max);
+            CHECK(deep.traces[t].probes == surface.traces[t].probes);
+        }
+    }
+}
+
+TEST_CASE(
+    "a tolerance that is given binds a march at depths: witnesses keep it, or it is refused with what is in reach") {
+    Scene product = read_everywhere(70, 41);
+    const AsFrames frames(product);
+    Scene s = frames.scene;
+    s.tolerance = 2e-2;
+    const Result r = run(s);
+    CHECK(int(r.model) == int(Model::march));
+    CHECK(r.measured_cells >= 4);
+    CHECK(r.measured_error > 0);
+    CHECK(r.measured_error < r.predicted_error);
+    s.tolerance = 5e-4;
+    const std::string refused = refusal(Error::Code::bad_input, [&] { run(s); });
+    CHECK(refused.find("tolerance = 5e-04; attainable here: 0.00") != std::string::npos);
+    CHECK(refused.find("with model march in f64") != std::string::npos);
+    s.output.traces.clear(), s.output.fields.clear(); // sites alone take the sums themselves
+    CHECK(int(run(s).model) == int(Model::sites));
+    product.tolerance = 1e-9;
+    CHECK(int(run(product).model) == int(Model::maps));
+}
+
 TEST_CASE("the force at any depth is the force that presses, and at no depth the stress is the pressure") {
     Scene s = pressed(241, 1e-4, round_map(241, [](double r) { return r < 5 ? 1.0 : 0.0; }));
     double force = 0;
@@ -354,18 +470,14 @@ TEST_CASE("where a depth would be wrong it is refused by name") {
              "receptors.poisson = 0.51; allowed: 0..0.5");
     contains(why([](Scene& s) { s.material.modulus_map = std::vector<double>(400, 1e4); }), "receptors.depth.sa1");
     contains(why([](Scene& s) { s.edges = Edges::periodic; }), "curvature.edges");
-    contains(why([](Scene& s) { s.model = Model::march; }), "receptors.depth");
-    contains(why([](Scene& s) { s.precision = Precision::f32; }), "receptors.depth");
-    contains(why([](Scene& s) { s.receptors.fa2_gains = {1, 0}; }), "receptors.depth");
+    contains(why([](Scene& s) {
+                 s.precision = Precision::f32;
+                 s.receptors.depth.sa1 = 1e-11;
+                 s.output.traces = {Quantity::sa1};
+             }),
+             "receptors.depth = (given); not allowed here: a Vulkan device, f32 and checks march; model \"march\": "
+             "receptors.depth = 1e-11: a march spreads to a millionth up to a million times grid.spacing");
     contains(why([](Scene& s) { s.method = Method::published; }), "receptors.depth");
-    contains(refusal(Error::Code::bad_input,
-                     [] {
-                         Scene s = ridged(20, 20);
-                         RunOptions check;
-                         check.check = true;
-                         run(s, Device::cpu(), check);
-                     }),
-             "receptors.depth");
     Scene dimensionless = small_scene(20, 20);
     dimensionless.receptors.depth.sa1 = 1e-4;
     contains(refusal(Error::Code::bad_input, [&] { run(dimensionless); }), "only with grid.spacing");

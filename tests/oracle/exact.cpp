@@ -419,19 +419,22 @@ class Evaluation {
         const Depths& depths = s_.receptors.depth;
         const std::optional<double> of[] = {{}, depths.sa1, depths.sa2, depths.fa1, depths.fa2};
         const int width = s_.grid.width, height = s_.grid.height;
+        std::vector<size_t> pressed;
+        for (size_t i = 0; i < cells_; ++i)
+            if (!((long double)p[i] == 0)) pressed.push_back(i);
         for (size_t q = 1; q < 5; ++q) {
             if (!of[q] || *of[q] == 0) continue;
             std::optional<long double> poisson;
             if (s_.receptors.kernel == Receptors::Kernel::strain) poisson = s_.receptors.poisson.value_or(0.4);
-            Numbers weight;
-            for (int i = 0; i < width * height; ++i)
+            Numbers& weight = weights_[q]; // made once
+            for (int i = 0; weight.size() < cells_; ++i)
                 weight.push_back(below_cell(*s_.grid.spacing * (i % width), *s_.grid.spacing * (i / width),
                                             *s_.grid.spacing, *of[q], poisson));
             for (int i = 0; i < width * height; ++i) {
                 Wide sum = 0;
-                for (int j = 0; j < width * height; ++j)
-                    sum += p[size_t(j)] *
-                           weight[size_t(std::abs(i / width - j / width) * width + std::abs(i % width - j % width))];
+                for (size_t j : pressed)
+                    sum += p[j] * weight[size_t(std::abs(i / width - int(j) / width) * width +
+                                                std::abs(i % width - int(j) % width))];
                 deep[q][size_t(i)] = sum;
             }
         }
@@ -543,6 +546,7 @@ class Evaluation {
     long double area_ = 1, l_ = 1, h_ = 1;
     bool bent_ = false;                                       // a field asks for curvature or deformation
     std::vector<std::array<std::vector<Wide>, 5>> deep_maps_; // [load][quantity]
+    std::array<Numbers, 5> weights_;                          // of cells, at the depth of each quantity
     std::vector<std::vector<std::vector<Moment>>> moments_;   // [load][material][instant]
 };
 

@@ -395,16 +395,18 @@ void Family::take_late(Scene& s) {
     e.length = e.period * real(0.1, 0.9);
 }
 
-// Receptors of some classes at a depth, where the scene may have them.
+// Receptors of some classes at a depth, where the scene may have them. A march spreads to them within 1e-3 of the
+// greatest signal, so that it keeps no smaller tolerance.
 void Family::take_depths(Scene& s) {
     const Precision precision = s.precision.value_or(Precision::f64);
     const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
     const bool product = s.load.kind != Load::Kind::sequence && s.receptors.fa2_gains[0] == -s.receptors.fa2_gains[1];
-    if (!s.grid.spacing || s.edges == Edges::periodic || s.method == Method::published || s.model == Model::march ||
-        precision != Precision::f64 || is_mapped(s.material) || !(sites_alone || product))
-        return;
-    kind_ = "depth";
-    s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
+    const bool marches = s.model == Model::march || precision != Precision::f64 || !(sites_alone || product);
+    if (!s.grid.spacing || s.edges == Edges::periodic || s.method == Method::published || is_mapped(s.material)) return;
+    kind_ = marches ? "spread" : "depth";
+    if (!marches) s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
+    else if (one_in(2)) s.tolerance = 1e9;
+    else s.tolerance.reset();
     const bool strain = one_in(3);
     if (strain) s.receptors.kernel = Receptors::Kernel::strain;
     if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
@@ -466,7 +468,7 @@ void Family::take_control(Scene& s) {
         if (std::erase(f.what, Quantity::fa2) && f.what.empty()) f.what = {Quantity::sa1};
     if (!s.output.traces.empty() || !s.sites.empty()) return;
     s.output.traces = {Quantity::sa1};
-    s.receptors.depth = {}; // of frames, sites alone have it
+    s.receptors.depth = {}; // its tolerance is that of sites alone
 }
 
 // Whether a chain may be served by a model of which every one is exact: the strain is a product of a map and a function

@@ -74,9 +74,10 @@ struct SpreadLevel {
 // the greatest |value| spread, at every depth (tests/core/spread_test.cpp).
 using Spread = std::vector<SpreadLevel>;
 constexpr double spread_error = 1e-3;
+constexpr double least_depth = 1e-6, most_depth = 1e6; // cells
 
 // Fits the weights, which have the same bits on every machine. On grids of up to 8 x 8 cells they are the sums' own.
-// depth: in cells, for squares of side 1.
+// depth: in cells, for squares of side 1; least_depth .. most_depth.
 Spread spread_of(const Depth& depth, int width, int height);
 
 } // namespace dermis::model

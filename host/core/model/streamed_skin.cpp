@@ -99,9 +99,10 @@ void take_depths(StreamedSkin& s) {
         const bool fires = std::ranges::any_of(s.afferents, [&](const Afferents& a) { return a.type == c.type; });
         if (!depth || !(s.wanted[size_t(c.type)] || fires)) continue;
         const Depth in_cells{*depth / s.skin.spacing(), d.receptors.kernel, d.receptors.poisson.value_or(0)};
-        if (!(in_cells.depth >= 1e-6 && in_cells.depth <= 1e6))
+        if (!(in_cells.depth >= least_depth && in_cells.depth <= most_depth))
             scene::refuse("receptors.depth." + std::string(name(c.type)), shortest(*depth),
-                          "0, or " + shortest(1e-6 * s.skin.spacing()) + " .. " + shortest(1e6 * s.skin.spacing()) +
+                          "0, or " + shortest(least_depth * s.skin.spacing()) + " .. " +
+                              shortest(most_depth * s.skin.spacing()) +
                               ", a millionth and a million times grid.spacing");
         auto one = std::ranges::find_if(known, [&](const auto& k) { return k.first == in_cells; });
         if (one == known.end())
@@ -151,10 +152,15 @@ Variant StreamedSkin::variant() const {
             .wanted = signals()};
 }
 
+PreparedSkin signals_of(PreparedSkin skin) {
+    f64::Constants& c = skin.constants;
+    c.bend = c.curvature_length = 0, c.gain_plus = 1, c.gain_minus = -1;
+    return skin;
+}
+
 StreamedSkin signals_of(const StreamedSkin& s) {
     StreamedSkin signals = s;
-    f64::Constants& c = signals.skin.constants;
-    c.bend = c.curvature_length = 0, c.gain_plus = 1, c.gain_minus = -1;
+    signals.skin = signals_of(std::move(signals.skin));
     signals.wanted = s.signals();
     signals.spread = {}, signals.follows = false, signals.picked.clear();
     return signals;

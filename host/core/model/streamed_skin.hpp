@@ -40,6 +40,7 @@ struct StreamedSkin {
     Variant variant() const;
 };
 // The skin whose responses are the signals of all cells, as they are at the surface.
+PreparedSkin signals_of(PreparedSkin);
 StreamedSkin signals_of(const StreamedSkin&);
 // Throws Error::bad_input. threads: as for Device::cpu.
 StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&, int threads = 0);

@@ -2,6 +2,7 @@
 #include "host/lab/march/march.hpp"
 
 #include "host/core/model/laplacian.hpp"
+#include "host/lab/march/deep_march.hpp"
 
 #include <deque>
 
@@ -167,7 +168,9 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
                          .pressure = schedule.pressure,
                          .points = schedule.points,
                          .keeps_maps = schedule.keeps_maps};
-    return std::make_unique<MarchStepper>(backend.march(plan), skin, variant, precision, std::move(sink));
+    return std::make_unique<MarchStepper>(schedule.spreads() ? deep_march(backend, plan, schedule.half_space)
+                                                             : backend.march(plan),
+                                          skin, variant, precision, std::move(sink));
 }
 
 } // namespace model

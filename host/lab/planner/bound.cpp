@@ -25,7 +25,7 @@ double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const A
     if (kind.separable) return 2;
     const int columns = std::min(skin.width(), TILE_CELLS);
     const double levels = double(std::bit_width(unsigned(columns - 1)));
-    if (schedule.framed || !skin.uniform()) return levels;
+    if (schedule.framed || kind.spread || !skin.uniform()) return levels;
     double sum = 0;
     for (double p : schedule.pressure) sum += std::abs(p);
     const double mean = (1 + 1e-6) * sum / double(skin.cells());
@@ -83,9 +83,7 @@ class Written {
 struct AnalysedProduct {
     AnalysedProduct(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : unit(kind.separable ? model::unit_of(schedule.pressure) : 1), materials(analysed(skin, schedule, kind, read)),
-          rough(roughness_of(
-              skin, schedule,
-              schedule.framed ? 1 : std::ranges::max(materials.pressed, {}, &PressedMaterial::around).around)),
+          rough(roughness_of(skin, schedule, std::ranges::max(materials.pressed, {}, &PressedMaterial::around).around)),
           run(schedule, materials.counted, skin.rule, schedule.method, materials.chain, kind.separable) {}
 
     const double unit; // Pa: of the run's map
@@ -135,7 +133,8 @@ class Analysis {
     // A quantity of one cell under the greatest pressure on it, or around it.
     struct BoundedSum {
         double value = 0, magnitude = 0; // of a strain in series the magnitudes of its elements, added up
-        double off = 0;                  // error of the value
+        double off = 0;                  // error of the value, without
+        double spread = 0;               // what is due to the spreading of signals
         double gain = INFINITY;          // greatest gain at rest of the error, where it is all rounding
         double value_gain = INFINITY;    // greatest gain at rest of the value
     };
@@ -159,7 +158,20 @@ class Analysis {
                  ((share < 1 && !kind_.separable ? 2 : 1) * of.off + std::abs(of.shift) + truncation(product, cell, q));
         if (!schedule_.framed) s.off += rounding_of(peak, share, product.unit) * std::abs(s.value);
         if (kind_.separable) s.off += peak * product.run.measured(cell, q);
+        if (kind_.spread && q != QUANTITY_STRAIN) spread(s, deep);
         return s;
+    }
+
+    // Signals are stored, and spread if their receptors lie at a depth.
+    void spread(BoundedSum& s, const DeepMaterial* deep) const {
+        if (s.value != 0) s.off += kind_.stored;
+        s.gain = INFINITY;
+        if (!deep) return;
+        const double most = std::abs(s.value) + s.off;
+        s.off = deep->norm * s.off + deep->rounded * most;
+        s.spread = model::spread_error * most;
+        s.value *= deep->share;
+        s.magnitude *= deep->share;
     }
 
     // The sums of every cell; where some elements represent all, one sum that no cell exceeds.
@@ -227,7 +239,8 @@ class Analysis {
             for (const BoundedSum& of : written_.ever(Quantity(q)) ? sums_of(q, false) : std::vector<BoundedSum>()) {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
-                const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
+                const double run = x + of.off + of.spread,
+                             value = run * std::min(of.value_gain + bent, gain); // of the response
                 const double of_gains = q == QUANTITY_FA2 ? units_of_gains_ * u_ * value : 0;
                 const double rounded =
                     of_gains + (kind_.separable ? rounding_of_products(run, run * of.value_gain, bent, value)
@@ -236,16 +249,17 @@ class Analysis {
                                                           : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
                                                                 rounded + 2 * stored;
                 const double sum = x * gain * (written_.mean(step(), Quantity(q)) ? double(skin_.cells()) : 1);
-                take(Quantity(q), greatest, sum < (kind_.single ? 3e38 : 1e308) ? error : INFINITY);
+                take(Quantity(q), greatest, sum < (kind_.single ? 3e38 : 1e308) ? error : INFINITY, of.spread * gain);
             }
         take_shape(strain, d_strain, curved, d_C);
     }
 
-    // Takes a value of a quantity at the end of the step, and its error.
-    void take(Quantity q, double value, double error) {
+    // Takes a value of a quantity at the end of the step, its error, and what spreading adds to that.
+    void take(Quantity q, double value, double error, double spread = 0) {
         const size_t i = size_t(q);
         raise(bounds_.greatest[i], value);
         raise(bounds_.throughout[i], error);
+        error += spread;
         if (!written_.at(step(), q)) return;
         raise(bounds_.error[i], error);
         if (written_.mean(step(), q)) raise(bounds_.error[i], error + units_of_mean_ * u_ * (value + error));
@@ -358,21 +372,37 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
 
 } // namespace
 
-Arithmetic arithmetic_of(Precision precision, bool separable) {
+Arithmetic arithmetic_of(Precision precision, bool separable, bool spread) {
     const double least = precision == Precision::f64 ? f64::least_stored() : double(f32::least_stored());
     return {.single = precision != Precision::f64,
             .compensated = separable || precision != Precision::f32,
             .separable = separable,
+            .spread = spread,
             .stored = least};
 }
 
+// A few of these cells, for frames that press receptors at depths: the sums for one cell take as long as many of its
+// steps.
+static std::vector<Cell> few_of(const std::vector<Cell>& cells, const Schedule& schedule) {
+    std::vector<Cell> few(cells.begin(), cells.begin() + std::min(std::ptrdiff_t(cells.size()), std::ptrdiff_t(4)));
+    for (const auto& space : schedule.half_space)
+        if (space)
+            few.push_back(*std::ranges::max_element(
+                cells, {}, [&](const Cell& c) { return std::abs(space->at<double>(schedule.pressure, c)); }));
+    return few;
+}
+
 Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
-    const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
+    const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty(),
+               slow = whole && schedule.framed && schedule.spreads();
     std::vector<Cell> points;
     if (whole) points = telling_cells(skin, schedule);
+    if (slow) points = few_of(points, schedule);
     const size_t cells = points.size();
     std::vector<int> classes(cells, reduced::every_quantity);
-    for (size_t i : telling_sites(skin, schedule)) {
+    std::vector<size_t> sites = telling_sites(skin, schedule);
+    if (slow) sites.resize(std::min<size_t>(sites.size(), 8));
+    for (size_t i : sites) {
         points.push_back(skin.description.sites[i].cell);
         classes.push_back(int(skin.description.sites[i].type));
     }

@@ -19,10 +19,11 @@ inline void raise(double& greatest, double x) {
 struct Arithmetic {
     bool single, compensated;
     bool separable; // one cell under unit pressure is stepped for all, and nothing is flushed
+    bool spread;    // signals of all cells are spread to the depths of receptors; otherwise a cell is stepped there
     double stored;  // the least magnitude that is stored; a smaller one is flushed to 0
     double unit() const { return single ? 0x1p-24 : 0x1p-53; }
 };
-Arithmetic arithmetic_of(Precision, bool separable);
+Arithmetic arithmetic_of(Precision, bool separable, bool spread = false);
 
 // Lower bounds of the largest |X_exact|, from the exact solution in some cells.
 struct Peaks {
@@ -36,7 +37,7 @@ Peaks measured_peaks(const model::PreparedSkin&, const model::Schedule&);
 // model::in_parts is bounded against the skin that it stands for.
 struct Bounds {
     Errors error;      // of |X - X_exact| where it is written
-    Errors throughout; // of |X - X_exact| at every output time
+    Errors throughout; // of |X - X_exact| at every output time, without what spreading adds
     Errors greatest;   // of |X_exact| at every output time
 };
 Bounds bounds_of_cells(const model::PreparedSkin&, const model::Schedule&, const Arithmetic&);

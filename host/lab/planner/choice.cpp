@@ -21,18 +21,17 @@ constexpr double default_tolerance = 1e-4;
 }
 
 // Refuses receptors at a depth, or that follow the stress, where no model that serves the request knows them.
-void refuse_depth(const PreparedSkin& skin, const Schedule& schedule, const Request& r) {
+void check_receptors(const PreparedSkin& skin, const Schedule& schedule, const Request& r) {
     if (!schedule.spreads() && schedule.modes.empty()) return;
-    const char* key = schedule.spreads() ? "receptors.depth" : "receptors.follow";
     const bool marches = r.check || (r.on_device && !r.model) || (r.precision && r.precision != Precision::f64);
-    if (marches) refuse(key, "(given)", "a Vulkan device, f32 and checks march, cell by cell");
-    std::string reasons;
-    for (Model m : {Model::maps, Model::sites}) {
+    std::string reasons = marches ? "a Vulkan device, f32 and checks march" : "";
+    for (Model m : {Model::maps, Model::sites, Model::march}) {
+        if (marches && m != Model::march) continue;
         const std::string why = why_not(skin, schedule, m);
         if (why.empty()) return;
         reasons += (reasons.empty() ? "" : "; ") + ("model \"" + std::string(name(m)) + "\": ") + why;
     }
-    refuse(key, "(given)", reasons);
+    refuse(schedule.modes.empty() ? "receptors.depth" : "receptors.follow", "(given)", reasons);
 }
 
 // Refuses requests that contradict each other, or that no candidate can meet.
@@ -45,7 +44,7 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (*r.model != Model::march && r.precision && *r.precision != Precision::f64)
             refuse("precision", name(*r.precision), "model " + name_of + " works in f64");
     }
-    refuse_depth(skin, schedule, r);
+    check_receptors(skin, schedule, r);
     if (r.precision != Precision::f64) return;
     if (r.on_device && !backends.opened.f64 && (!r.model || *r.model == Model::march))
         refuse("precision", "f64", "\"" + backends.opened.name + "\" marches in f32; f64 on the CPU path alone");
@@ -83,11 +82,12 @@ class ErrorBounds {
         : skin_(skin), schedule_(schedule), peaks_(peaks), separable_(why_not_separable(skin, schedule).empty()) {}
 
     const Worst& of(const Candidate& c) {
-        const bool separable = c.model != Model::march && separable_;
-        std::optional<Worst>& known = known_[separable ? 0 : 1 + size_t(c.precision)];
+        const bool march = c.model == Model::march, separable = !march && separable_,
+                   spread = march && schedule_.spreads();
+        std::optional<Worst>& known = known_[separable ? 0 : 1 + size_t(c.precision) + (spread ? 3 : 0)];
         if (known) return *known;
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        const Arithmetic kind = arithmetic_of(c.precision, separable);
+        const Arithmetic kind = arithmetic_of(c.precision, separable, spread);
         if (!separable || skin_.uniform()) return known.emplace(worst(skin_, schedule_, kind));
         const model::PreparedRun parts = model::in_parts({skin_, schedule_}); // of the same strain
         return known.emplace(worst(parts.skin, parts.schedule, kind));
@@ -104,7 +104,8 @@ class ErrorBounds {
         Peaks sure = *peaks_;
         if ((kind.separable || !kind.single) && schedule.method == Method::exact) { // peaks are of a march in double
             const Arithmetic march = arithmetic_of(Precision::f64, false);
-            const Bounds of = kind.separable ? of_cells(march) : cells, at = kind.separable ? of_sites(march) : sites;
+            const bool other = kind.separable || kind.spread;
+            const Bounds of = other ? of_cells(march) : cells, at = other ? of_sites(march) : sites;
             for (size_t q = 0; q < sure.all.size(); ++q) {
                 sure.all[q] = std::max(sure.all[q] - 2 * of.throughout[q], 0.0);
                 sure.sites[q] = std::max(sure.sites[q] - 2 * at.throughout[q], 0.0);
@@ -117,7 +118,8 @@ class ErrorBounds {
     const Schedule& schedule_;
     std::optional<Peaks>& peaks_; // empty until they are needed
     const bool separable_;
-    std::array<std::optional<Worst>, 4> known_; // of products; of marches and sites in each precision
+    // Of products; of marches and sites in each precision; of marches that spread.
+    std::array<std::optional<Worst>, 7> known_;
 };
 
 bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && (c.model == Model::march || !r.model); }
@@ -168,9 +170,10 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         c.refused = ruled_out(c, r, e.tolerance, backends);
         const bool possible = c.refused.empty();
         const bool rough = march || std::ranges::any_of(skin.parts, std::mem_fn(&model::TimeGroup::rough));
-        const bool binds = e.binding || (rough && is_unforced(c, r));
+        const bool spreads = march && schedule.spreads(); // no better in double than in float
+        const bool binds = e.binding || (rough && is_unforced(c, r) && !spreads);
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
-        const bool forced = r.model || r.precision || r.baseline;
+        const bool forced = r.model || r.precision || r.baseline || spreads;
         if (everything || (possible && (binds || forced))) c.error = bounds.of(c).error;
         if (!possible || taken) {
             if (possible) c.refused = "another one that keeps the tolerance comes first";
@@ -183,7 +186,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     }
     if (!taken && nearest && e.binding) {
         const Candidate& best = e.candidates[*nearest];
-        refuse_tolerance(e.tolerance, best, bounds.of(best), !r.baseline);
+        const bool spreads = best.model == Model::march && schedule.spreads();
+        refuse_tolerance(e.tolerance, best, bounds.of(best), !r.baseline && !spreads);
     }
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");

@@ -20,15 +20,23 @@ void cost_quotient(Candidate& c, const PreparedSkin& skin) {
     c.seconds += 4e-9 * cells;
 }
 
-// Adds the maps at depths, their weights, and the two planes in which maps are transformed.
-void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
+// Adds the maps at depths, their weights, and the two planes in which maps are transformed; of a march also the maps
+// that it spreads, and their levels.
+void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, int threads) {
     std::vector<const model::HalfSpace*> spaces;
-    for (const auto& space : schedule.half_space)
+    double classes = 0;
+    for (const auto& space : schedule.half_space) {
+        classes += space != nullptr;
         if (space && std::ranges::find(spaces, space.get()) == spaces.end()) spaces.push_back(space.get());
+    }
     if (spaces.empty()) return;
-    const double cells = double(skin.cells()), maps = double(spaces.size());
+    const double cells = double(skin.cells()), maps = double(spaces.size()), steps = double(c.steps);
     c.bytes += cells * (schedule.framed ? 8 * maps : 16 * maps + 2 * 4 * 16);
-    if (schedule.framed) c.seconds += double(c.steps) * double(schedule.points.size()) * cells * 3e-10;
+    if (c.model == Model::march) {
+        const bool in_double = c.precision == Precision::f64;
+        c.bytes += cells * classes * (in_double ? 24 : 12);
+        c.seconds += steps * cells * classes * (in_double ? 4e-9 : 2e-9) / std::max(threads, 1);
+    } else if (schedule.framed) c.seconds += steps * double(schedule.points.size()) * cells * 3e-10;
 }
 
 void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
@@ -122,7 +130,7 @@ void estimate_cost(Candidate& c, const PreparedSkin& skin, const Schedule& sched
     if (c.model == Model::moments || c.model == Model::maps) cost_moments(c, skin, schedule);
     else if (c.model == Model::sites) cost_sites(c, skin, schedule, backend);
     else cost_march(c, skin, schedule, backend);
-    if (c.model != Model::march) cost_depths(c, skin, schedule);
+    cost_depths(c, skin, schedule, backend.threads);
 }
 
 } // namespace dermis::planner

@@ -58,6 +58,9 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
     const auto equal = [](const Map& m) { return std::ranges::adjacent_find(m, std::not_equal_to()) == m.end(); };
     const bool even = equal(schedule.pressure) && !schedule.load.map.empty() && equal(schedule.load.map);
     if (skin.cells() == 1 || (skin.uniform() && !schedule.framed && even)) return {};
+    if (skin.uniform() && schedule.frame_roughness && peak > 0)
+        r.laplacian = std::min(skin.constants.bend * *schedule.frame_roughness * largest_of(schedule.pressure) / peak,
+                               r.laplacian);
     if (!skin.uniform() || schedule.framed || peak == 0) return r;
     const Grid unit = model::without_spacing(skin.description.grid);
     const std::vector<double>& map = schedule.pressure;

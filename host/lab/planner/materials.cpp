@@ -19,6 +19,21 @@ double least_of(const std::vector<double>& map) {
     return std::isfinite(least) ? least : 0;
 }
 
+// The roundings of spread values by kernels/spread.h, in units of the greatest value that is spread. Down a level there
+// are four in each direction. In a stencil's sum there are four of a weight, its nodes' sums and their product, and one
+// for each sum of products on the way. Up a level there are three in each direction, and one where both sums meet.
+double roundings_of(const model::Spread& levels) {
+    double units = 0;
+    for (size_t l = 0; l < levels.size(); ++l) {
+        const int side = levels[l].radius + 1;
+        double magnitudes = 0; // of all weights of the stencil
+        for (int i = 0; i < side * side; ++i)
+            magnitudes += (i % side ? 2 : 1) * (i / side ? 2 : 1) * std::abs(levels[l].weights[size_t(i)]);
+        units += magnitudes * ((8 + 7) * double(l) + 4 + 2 * levels[l].radius);
+    }
+    return units;
+}
+
 // Reduces the materials to a number that the analysis has time and memory for. At a given retardation time errors scale
 // with peak/modulus and peak/viscosity, so the materials with the greatest of either represent all materials in a
 // range of retardation times, under a pressure that is greater by the ratio of the range's ends.
@@ -117,12 +132,19 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
         if (schedule.framed) as.pressure = std::vector<double>(skin.cells(), space.norm() * largest_of(as.pressure));
         std::vector<PressedMaterial> materials = pressed_materials(skin, as, read);
         take_gains(skin, as, read, kind, materials);
-        DeepMaterial m{
-            .pressed = materials.front(), .off = unit_of_double, .least = schedule.framed ? 0 : least_of(as.pressure)};
-        const double peak = m.pressed.peak;
-        m.pressed.around = 2 * peak; // its roundings are not those of the cell that is counted
-        if (schedule.framed) m.off += space.roundings<double>();
-        else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
+        DeepMaterial m{.pressed = materials.front()};
+        if (const double peak = m.pressed.peak; kind.spread) {
+            m.pressed.peak = m.least = largest_of(schedule.pressure);
+            m.norm = space.norm();
+            m.share = peak > 0 ? peak / m.pressed.peak : 0;
+            m.rounded = kind.unit() * roundings_of(*space.spread());
+        } else {
+            m.least = schedule.framed ? 0 : least_of(as.pressure);
+            m.off = unit_of_double;
+            if (schedule.framed) m.off += space.roundings<double>();
+            else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
+        }
+        m.pressed.around = 2 * m.pressed.peak; // its roundings are not those of the cell that is counted
         deep[q] = m;
     }
     return deep;

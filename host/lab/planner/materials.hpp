@@ -14,11 +14,15 @@ namespace dermis::planner {
 // The unit of the roundings that are counted: the reference's, where the run's own roundings are measured.
 inline double counted_unit(const Arithmetic& kind) { return kind.separable ? unit_of_reference : kind.unit(); }
 
-// The material of a uniform skin, pressed by what acts at the depth of a class.
+// The material of a uniform skin, pressed by what acts at the depth of a class; if signals are spread to it, by the
+// greatest pressure on all cells.
 struct DeepMaterial {
     PressedMaterial pressed;
     double off = 0;   // the error of the pressure there, relative to its peak
     double least = 0; // the least pressure there that is not 0, Pa; 0 between frames
+    // Of spread signals: the sum of all |weights|, the greatest value over the greatest signal, and the error by
+    // rounding over the greatest signal.
+    double norm = 0, share = 0, rounded = 0;
 };
 
 // One material for each class of receptors that lie at a depth and are read; empty for every other class.

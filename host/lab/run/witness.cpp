@@ -21,7 +21,9 @@ template <class T> std::vector<T> each(const std::vector<WitnessCell>& cells, T 
 std::vector<WitnessCell> witness_cells(const model::PreparedSkin& skin, model::Schedule& schedule,
                                        const Candidate& taken) {
     constexpr double share = 1.0 / 50, step_of_cell = 2e-6; // s: of a cell and those that its stencil reads
-    const double steps = schedule.framed ? double(taken.steps) : 64, cost = step_of_cell * double(skin.chain.length);
+    const double steps = schedule.framed ? double(taken.steps) : 64,
+                 sums = schedule.framed && schedule.spreads() ? 4e-9 * double(skin.cells()) : 0, // s: at depths
+        cost = step_of_cell * double(skin.chain.length) + sums;
     const size_t count = size_t(std::clamp(share * taken.seconds / (steps * cost), 4.0, 32.0));
     std::vector<WitnessCell> chosen;
     if (!schedule.others.empty()) return chosen; // no cell of a sum is stepped

@@ -82,7 +82,8 @@ class Plane {
 } // namespace
 
 HalfSpace::HalfSpace(const Grid& grid, const Depth& depth)
-    : depth_(depth), width_(grid.width), height_(grid.height), weights_(size_t(grid.width) * size_t(grid.height)) {
+    : depth_(depth), in_cells_{depth.depth / *grid.spacing, depth.kernel, depth.poisson}, width_(grid.width),
+      height_(grid.height), weights_(size_t(grid.width) * size_t(grid.height)) {
     const long double h = *grid.spacing;
     const PointForce<long double> below(depth);
     for (int y = 0; y < height_; ++y)
@@ -93,6 +94,11 @@ HalfSpace::HalfSpace(const Grid& grid, const Depth& depth)
             squares_ += of * w * w;
             most_ = std::max(most_, std::abs(w));
         }
+}
+
+std::shared_ptr<const Spread> HalfSpace::spread() const {
+    if (!spread_) spread_ = std::make_shared<const Spread>(spread_of(in_cells_, width_, height_));
+    return spread_;
 }
 
 template <class T> T HalfSpace::at(const std::vector<double>& map, Cell c) const {

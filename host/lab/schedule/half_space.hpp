@@ -4,6 +4,7 @@
 
 #include "host/core/base/pool.hpp"
 #include "host/core/model/spread.hpp"
+#include "host/core/simd/model.hpp"
 
 #include <limits>
 
@@ -14,6 +15,9 @@ class HalfSpace {
   public:
     HalfSpace(const Grid&, const Depth&); // a grid with spacing
     const Depth& depth() const { return depth_; }
+    // What spreads maps to this depth; fitted when it is first asked for.
+    bool spreads() const { return in_cells_.depth >= least_depth && in_cells_.depth <= most_depth; }
+    std::shared_ptr<const Spread> spread() const;
     // What a cell adds at a cell `x` columns and `y` rows away, per unit of its pressure.
     double weight(int x, int y) const { return weights_[size_t(std::abs(y)) * size_t(width_) + size_t(std::abs(x))]; }
     // What all cells of a map (Pa, width*height) add at one cell, Pa: the sum itself.
@@ -29,11 +33,14 @@ class HalfSpace {
     double most() const { return most_; }
 
   private:
-    Depth depth_;
+    Depth depth_, in_cells_;
     int width_, height_;
+    mutable std::shared_ptr<const Spread> spread_;
     std::vector<double> weights_; // of a quarter of the plane, row 0 first
     double norm_ = 0, squares_ = 0, most_ = 0;
 };
+
+using HalfSpaces = std::array<std::shared_ptr<const HalfSpace>, REDUCED_MAPS>; // of each class; null: none
 
 // What all cells of a map add at every cell, below each half-space, by fast Fourier transforms where cells are many.
 // Pa, width*height.

@@ -2,6 +2,7 @@
 #include "host/lab/schedule/schedule.hpp"
 
 #include "host/core/base/refusal.hpp"
+#include "host/core/base/text.hpp"
 #include "host/lab/scenes/waveform.hpp"
 
 #include <algorithm>
@@ -44,12 +45,19 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
     std::vector<double> frame, before, rest(skin.cells());
     s.pressure = rest;
     std::vector<double>& greatest = s.pressure.edit();
+    if (scene::has_depth(skin.description.receptors) && !s.parabolic()) s.frame_roughness = 0;
     double most = 0; // change
     for (long long k = 0; k < s.sequence->maps(); ++k) {
         before.swap(frame);
         s.sequence->read(k, frame);
         if (!s.crests.empty()) scene::press_crests(s.load, s.crests, skin.width(), s.load.intensity, frame);
-        s.frame_peaks.push_back(greatest_change(rest, frame) * scale);
+        const double peak = greatest_change(rest, frame);
+        s.frame_peaks.push_back(peak * scale);
+        if (s.frame_roughness && peak > 0) {
+            const std::vector<double> bent =
+                laplacian(frame, without_spacing(skin.description.grid), skin.stencil, skin.edges);
+            s.frame_roughness = std::max(*s.frame_roughness, greatest_change(rest, bent) / peak);
+        }
         if (k > 0) s.frame_changes.push_back(greatest_change(before, frame) * scale);
         for (size_t i = 0; i < frame.size(); ++i) {
             greatest[i] = std::max(greatest[i], std::abs(frame[i]) * scale);
@@ -66,7 +74,8 @@ void take_depths(Schedule& s, const PreparedSkin& skin, int threads) {
     std::vector<const HalfSpace*> spaces; // each once
     for (const scene::ReceptorClass& c : scene::receptor_classes) {
         auto& space = s.half_space[size_t(c.type)];
-        if (const std::optional<double> depth = receptors.depth.*c.depth) {
+        const std::optional<double> depth = receptors.depth.*c.depth;
+        if (depth && s.wanted[size_t(c.type)]) {
             const Depth of{*depth, receptors.kernel, receptors.poisson.value_or(0)};
             for (const auto& known : s.half_space)
                 if (known && known->depth() == of) space = known;
@@ -287,8 +296,13 @@ std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model mo
     if (!schedule.modes.empty() && !framed_sites &&
         (model == Model::march || !why_not_separable(skin, schedule).empty()))
         return "receptors.follow: only a map times an envelope has a stress of its own, and sites under frames";
-    if (model == Model::march)
-        return schedule.spreads() ? "receptors.depth: a cell that is stepped knows no other cell's pressure" : "";
+    if (model == Model::march) {
+        for (const auto& space : schedule.half_space)
+            if (space && !space->spreads())
+                return "receptors.depth = " + shortest(space->depth().depth) +
+                       ": a march spreads to a millionth up to a million times grid.spacing";
+        return "";
+    }
     if (model == Model::sites) {
         if (skin.description.sites.empty()) return "there are no sites";
         return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";

@@ -19,8 +19,9 @@ struct Schedule {
     Output output;
     Map pressure;    // Pa, width*height; of a sequence the greatest |pressure| of each cell over all frames
     double unit = 1; // Pa: the maps are in this unit, a power of two (in_units)
-    // Above the receptors of each class; null: they answer to their cell alone. Classes of equal depth share one.
-    std::array<std::shared_ptr<const HalfSpace>, REDUCED_MAPS> half_space;
+    // Above the receptors of each class that is wanted; null: they answer to their cell alone. Classes of equal depth
+    // share one.
+    HalfSpaces half_space;
     std::array<Map, REDUCED_MAPS> stress; // Pa, below each half-space, width*height; empty without, and if framed
     // A stress that classes follow, over the modulus at which it comes to rest: the sum of elements of modulus 1 under
     // the load, each times its share. Empty where none is followed.
@@ -33,6 +34,9 @@ struct Schedule {
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
     size_t changed_most = 0;                  // the cell of the greatest of these changes
+    // The greatest |Laplacian| of a frame, per cell^2, over the frame's peak. Strains are no rougher: they are sums of
+    // frames, each times a number >= 0. Known where receptors lie at depths and the pressure runs along lines.
+    std::optional<double> frame_roughness;
     PressedBox pressed;
     long long outputs = 0;                   // number of output times
     long long every = 1;                     // Time::step's from output to output, a power of two
