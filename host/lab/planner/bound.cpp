@@ -133,8 +133,7 @@ class Analysis {
     // A quantity of one cell under the greatest pressure on it, or around it.
     struct BoundedSum {
         double value = 0, magnitude = 0; // of a strain in series the magnitudes of its elements, added up
-        double off = 0;                  // error of the value, without
-        double spread = 0;               // what is due to the spreading of signals
+        double off = 0;                  // error of the value
         double gain = INFINITY;          // greatest gain at rest of the error, where it is all rounding
         double value_gain = INFINITY;    // greatest gain at rest of the value
     };
@@ -168,8 +167,7 @@ class Analysis {
         s.gain = INFINITY;
         if (!deep) return;
         const double most = std::abs(s.value) + s.off;
-        s.off = deep->norm * s.off + deep->rounded * most;
-        s.spread = model::spread_error * most;
+        s.off = deep->norm * s.off + (model::spread_error + deep->rounded) * most;
         s.value *= deep->share;
         s.magnitude *= deep->share;
     }
@@ -239,8 +237,7 @@ class Analysis {
             for (const BoundedSum& of : written_.ever(Quantity(q)) ? sums_of(q, false) : std::vector<BoundedSum>()) {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
-                const double run = x + of.off + of.spread,
-                             value = run * std::min(of.value_gain + bent, gain); // of the response
+                const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
                 const double of_gains = q == QUANTITY_FA2 ? units_of_gains_ * u_ * value : 0;
                 const double rounded =
                     of_gains + (kind_.separable ? rounding_of_products(run, run * of.value_gain, bent, value)
@@ -249,17 +246,16 @@ class Analysis {
                                                           : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
                                                                 rounded + 2 * stored;
                 const double sum = x * gain * (written_.mean(step(), Quantity(q)) ? double(skin_.cells()) : 1);
-                take(Quantity(q), greatest, sum < (kind_.single ? 3e38 : 1e308) ? error : INFINITY, of.spread * gain);
+                take(Quantity(q), greatest, sum < (kind_.single ? 3e38 : 1e308) ? error : INFINITY);
             }
         take_shape(strain, d_strain, curved, d_C);
     }
 
-    // Takes a value of a quantity at the end of the step, its error, and what spreading adds to that.
-    void take(Quantity q, double value, double error, double spread = 0) {
+    // Takes a value of a quantity at the end of the step, and its error.
+    void take(Quantity q, double value, double error) {
         const size_t i = size_t(q);
         raise(bounds_.greatest[i], value);
         raise(bounds_.throughout[i], error);
-        error += spread;
         if (!written_.at(step(), q)) return;
         raise(bounds_.error[i], error);
         if (written_.mean(step(), q)) raise(bounds_.error[i], error + units_of_mean_ * u_ * (value + error));

@@ -37,7 +37,7 @@ Peaks measured_peaks(const model::PreparedSkin&, const model::Schedule&);
 // model::in_parts is bounded against the skin that it stands for.
 struct Bounds {
     Errors error;      // of |X - X_exact| where it is written
-    Errors throughout; // of |X - X_exact| at every output time, without what spreading adds
+    Errors throughout; // of |X - X_exact| at every output time
     Errors greatest;   // of |X_exact| at every output time
 };
 Bounds bounds_of_cells(const model::PreparedSkin&, const model::Schedule&, const Arithmetic&);

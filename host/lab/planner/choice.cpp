@@ -100,16 +100,17 @@ class ErrorBounds {
             return whole ? bounds_of_cells(skin, schedule, as) : Bounds{};
         };
         const auto of_sites = [&](const Arithmetic& as) { return bounds_of_sites(skin, schedule, as); };
-        const Bounds cells = of_cells(kind), sites = of_sites(kind);
+        Bounds cells = of_cells(kind), sites = of_sites(kind);
         Peaks sure = *peaks_;
-        if ((kind.separable || !kind.single) && schedule.method == Method::exact) { // peaks are of a march in double
+        const bool other = kind.separable || kind.spread; // peaks are of a march in double, by sums over all cells
+        if ((other || !kind.single) && schedule.method == Method::exact) {
             const Arithmetic march = arithmetic_of(Precision::f64, false);
-            const bool other = kind.separable || kind.spread;
             const Bounds of = other ? of_cells(march) : cells, at = other ? of_sites(march) : sites;
             for (size_t q = 0; q < sure.all.size(); ++q) {
                 sure.all[q] = std::max(sure.all[q] - 2 * of.throughout[q], 0.0);
                 sure.sites[q] = std::max(sure.sites[q] - 2 * at.throughout[q], 0.0);
             }
+            if (kind.spread) cells.throughout = of.throughout, sites.throughout = at.throughout;
         }
         return worst_asked(skin, schedule, cells, sites, sure, kind.stored);
     }
