@@ -140,7 +140,7 @@ void fit(Spread& levels, const Depth& depth, double reach) {
     const PointForce<double> below(depth), stress({depth.depth, Receptors::Kernel::stress, 0});
     const int period = 1 << (levels.size() - 1);
     Numbers numbers;
-    Offsets offsets(std::max(1.5 * depth.depth, 4.0), reach);
+    Offsets offsets(std::min(std::max(1.5 * depth.depth, 4.0), reach / 1.125), reach);
     Normal normal(unknowns);
     std::vector<double> row(unknowns);
     for (int i = 0; i < samples; ++i) {
@@ -191,8 +191,8 @@ Spread spread_of(const Depth& depth, int width, int height) {
         // The first stencil's nodes are so far apart that it covers what acts nearby, but not further than the grid is.
         if (depth.depth < (node == 1 ? 8 : 7) * node || node >= most) {
             last.radius = node == 1 ? 5 : 4;
-            if (--stencils == 0 || std::max(last.x.count(), last.y.count()) <= 8) {
-                fit(levels, depth, stress ? std::max(std::min(30 * depth.depth, 1.5 * most), 8 * node) : 1.5 * most);
+            if (--stencils == 0 || 2.5 * node >= most - 1) { // the last one joins any two cells by its inner nodes
+                fit(levels, depth, stress ? std::min(std::max(30 * depth.depth, 8 * node), 1.5 * most) : 1.5 * most);
                 return levels;
             }
         }
