@@ -83,10 +83,11 @@ void Bench::add(const Measurement& r) {
     const std::string speed = r.model == "process"
                                   ? fmt::format("{:8.4g} s of the processor", r.wall.busy)
                                   : fmt::format("{:8.4g} ns per cell and step", r.wall.median / cells * 1e9);
-    const std::string limit = std::isnan(r.of_limit) ? ""
-                              : r.limit == planned_bytes
-                                  ? fmt::format("  {:.2f} of {:.3f} GB that were planned", r.of_limit, r.limit_GBs)
-                                  : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs);
+    const std::string limit =
+        std::isnan(r.of_limit)     ? ""
+        : r.limit == planned_bytes ? fmt::format("  {:.2f} of {:.3f} GB that were planned", r.of_limit, r.limit_GBs)
+        : std::isnan(r.limit_GBs)  ? fmt::format("  {:.2f} of {}", r.of_limit, r.limit)
+                                   : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs);
     fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:6} {:10.4g} s  {}{}{}\n", r.workload, r.backend, r.threads, r.width,
                r.model, r.precision, r.method, r.wall.median, speed, limit, r.status == "ok" ? "" : "  " + r.status);
     std::fflush(stdout);
@@ -161,7 +162,7 @@ constexpr Workload workloads[] = {
     {"march", marches},       {"chains", chains},         {"pads", pads},
     {"materials", materials}, {"accuracy", accuracy},     {"stiff", stiff},
     {"spikes", spikes},       {"touch", touch},           {"construction", construction},
-    {"processes", processes}};
+    {"depth", depth},         {"processes", processes}};
 // It takes minutes on a software device, so it runs only when it is named.
 constexpr Workload on_request = {"device", device_growth};
 

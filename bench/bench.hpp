@@ -52,6 +52,7 @@ void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
 void spikes(Bench&);              // afferents
 void touch(Bench&);               // contacts of a whole batch, and shear
+void depth(Bench&);               // receptors at depths: what they cost and how exact they are
 void stiff(Bench&);               // error against step and time on a chain of elements
 void construction(Bench&);        // making a skin
 void processes(Bench&);           // the command from its start to its end

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+// Receptors at depths: presses of skins with them beside presses of the same skin without, in the same rounds; and how
+// far the spread of one pressed cell is off Love's sums, by the pyramid, by Fourier transforms and by the sums alone.
+#include "bench/skins.hpp"
+#include "host/core/cpu/spreading.hpp"
+#include "host/lab/schedule/half_space.hpp"
+
+#include <algorithm>
+#include <complex>
+#include <stdexcept>
+
+#include <kissfft/kissfft.hh>
+
+namespace bench {
+
+using namespace dermis;
+
+namespace {
+
+constexpr Depths fingertip_depths = {.sa1 = 3e-4, .sa2 = 1.1e-3, .fa1 = 5e-4, .fa2 = 2e-3};
+
+// goal: nanoseconds per cell and class, on one thread, by those of a press without depths; at most 1.3 times as many.
+struct Press {
+    std::string model;
+    Depths depth;
+    double goal = NAN;
+};
+
+struct Shape {
+    int width, height, pads;
+    double spacing; // m
+    std::vector<Press> presses;
+    SkinDescription description() const {
+        SkinDescription d = rectangle(width, height);
+        d.grid.spacing = spacing;
+        return d;
+    }
+    size_t cells() const { return size_t(pads) * size_t(width) * size_t(height); }
+};
+
+// All classes at one depth over the spacing.
+Press at(double z, double spacing, double goal) {
+    const double depth = z * spacing;
+    return {fmt::format("z/h={:g}", z), {depth, depth, depth, depth}, goal};
+}
+
+std::vector<Shape> shapes_of(bool quick) {
+    constexpr double h = 5e-5;
+    const Press fingertip{"fingertip", fingertip_depths};
+    std::vector<Shape> all = {{200, 200, 1, h, {fingertip}}, {320, 240, 1, h, {}}, {1024, 1024, 1, h, {}}};
+    const double goals[][3] = {
+        {4.2, 3.4, 3.2}, {4.2, 3.4, 3.2}, {1.4, 1.04, 0.82}, {1.0, 0.7, 0.62}, {0.89, 0.62, 0.49}};
+    for (size_t i = 0; const double z : {1, 6, 10, 22, 40}) {
+        for (size_t s = 0; s < 3; ++s) all[s].presses.push_back(at(z, h, goals[i][s]));
+        ++i;
+    }
+    for (const auto& [width, height, pads, z, goal] : {std::tuple{4, 4, 4096, 1, 1.2},
+                                                       {8, 8, 2048, 1, 2.9},
+                                                       {12, 12, 1024, 1, 3.5},
+                                                       {16, 16, 4096, 1, 2.9},
+                                                       {20, 25, 512, 1, 2.8},
+                                                       {32, 32, 256, 2, 2.7},
+                                                       {64, 64, 64, 6, 2.3},
+                                                       {64, 64, 64, 10, 1.1}})
+        all.push_back({width, height, quick ? pads / 8 : pads, h, {at(z, h, goal)}});
+    all.push_back({16, 16, 512, 1e-3, {fingertip}});
+    all.push_back({80, 80, 5, 2.5e-4, {fingertip}}); // a hand
+    if (quick) all.erase(all.begin() + 1, all.begin() + 3);
+    return all;
+}
+
+void need_bits_of_one_thread(const Skin& skin, const SkinDescription& d, const SkinOptions& options,
+                             const std::vector<float>& frame, int presses) {
+    Skin one(Device::cpu(1), d, options);
+    for (int i = 0; i < presses; ++i) one.press(frame, press_dt);
+    for (const Quantity q : options.responses)
+        if (!same(skin.response(q), one.response(q))) throw std::runtime_error("depths: other bits than one thread");
+}
+
+void add_presses(Bench& bench, const Device& device, const Shape& shape) {
+    const bool vulkan = device.info().vulkan, one = !vulkan && device.impl().backend->threads() == 1;
+    std::vector<Press> presses = {{"surface", {}}};
+    presses.insert(presses.end(), shape.presses.begin(), shape.presses.end());
+    const std::vector<float> frame = random_frames(shape.cells(), 1);
+    SkinOptions options;
+    options.precision = Precision::f32;
+    options.count = shape.pads;
+    const int count = std::clamp(int((device.info().kind == "software" ? 2e5 : 2e6) / double(frame.size())), 1, 2000);
+    std::vector<std::unique_ptr<Skin>> skins;
+    std::vector<std::function<double()>> work;
+    for (const Press& p : presses) {
+        SkinDescription d = shape.description();
+        d.receptors.depth = p.depth;
+        Skin& skin = *skins.emplace_back(std::make_unique<Skin>(device, d, options));
+        const auto press = [&skin, &frame](int times) {
+            for (int i = 0; i < times; ++i) skin.press(frame, press_dt);
+            skin.response(Quantity::fa2);
+        };
+        press(3);
+        if (!one) need_bits_of_one_thread(skin, d, options, frame, 3);
+        work.push_back([press, count] { return seconds_of([&] { press(count); }); });
+    }
+    const std::vector<Timing> timings = bench.paired(work, bench.runs);
+    for (size_t i = 0; i < presses.size(); ++i) {
+        Measurement r = bench.on(device, "depth", shape.width);
+        r.model = presses[i].model;
+        r.method = shape_of(shape.description(), shape.pads);
+        r.precision = "f32";
+        r.height = static_cast<long long>(shape.height) * shape.pads;
+        r.steps = count;
+        r.wall = timings[i];
+        if (i > 0) r.ratio_to = "surface", r.ratio = r.wall.busy / timings[0].busy;
+        const bool frames = shape.width == 200 && r.model == "fingertip";
+        const double goal = one ? 1 + 4 * 1.3 * presses[i].goal : vulkan && frames ? 8 : NAN;
+        if (!std::isnan(goal)) r.limit = "goal", r.of_limit = r.ratio / goal;
+        else if (frames && !vulkan) r.limit = "1 ms", r.of_limit = r.wall.median / count / 1e-3;
+        bench.add(r);
+    }
+}
+
+// What a pressed cell causes at cells 0 .. n - 1 columns and rows away, per unit of its pressure. depth: in cells.
+std::vector<double> sums_of(const model::Depth& depth, int n) {
+    const model::PointForce<double> below(depth);
+    std::vector<double> sums(size_t(n) * size_t(n));
+    for (int y = 0; y < n; ++y)
+        for (int x = 0; x <= y; ++x)
+            sums[size_t(y * n + x)] = sums[size_t(x * n + y)] = model::of_square(double(x), double(y), 1.0, below);
+    return sums;
+}
+
+// The sum of all |errors| of a spread map on which cell (x, y) alone is pressed, by 1.
+template <class T> double error_of(const T* spread, int n, int x, int y, const std::vector<double>& sums) {
+    double error = 0;
+    for (int v = 0; v < n; ++v) {
+        const double* row = sums.data() + std::abs(v - y) * n;
+        for (int u = 0; u < n; ++u) error += std::abs(double(spread[v * n + u]) - row[std::abs(u - x)]);
+    }
+    return error;
+}
+
+// One class of n x n cells, spread by the library on one thread.
+class Pyramid {
+  public:
+    Pyramid(int n, const model::Depth& depth)
+        : n_(n), skin_(skin_of(n, depth)), from_(simd::map_of(size_t(n) * size_t(n), 0.0f)), to_(from_),
+          spreading_(skin_.skin, {{QUANTITY_SA1, skin_.spread[QUANTITY_SA1]}}, size_t(n), 1, false, 1, simd::best()) {}
+    void spread() {
+        const float* const from = from_.data();
+        float* const to = to_.data();
+        spreading_.spread({}, &from, &to, nullptr);
+    }
+    // Of the worst place among the nodes of a pressed cell; `places` of them along an axis.
+    double error(const std::vector<double>& sums, int places) {
+        const int period = std::min(1 << (skin_.spread[QUANTITY_SA1]->size() - 1), places),
+                  first = n_ / 2 / period * period;
+        double worst = 0;
+        for (int y = first; y <= first + period / 2; ++y)
+            for (int x = first; x <= y; ++x) {
+                float& cell = from_[size_t(y * n_ + x)];
+                cell = 1;
+                spread();
+                cell = 0;
+                worst = std::max(worst, error_of(to_.data(), n_, x, y, sums));
+            }
+        return worst;
+    }
+
+  private:
+    static model::StreamedSkin skin_of(int n, const model::Depth& depth) {
+        SkinDescription d = rectangle(n, n);
+        d.receptors.kernel = depth.kernel;
+        d.receptors.depth.sa1 = depth.depth * *d.grid.spacing;
+        if (depth.kernel == Receptors::Kernel::strain) d.receptors.poisson = depth.poisson;
+        SkinOptions options;
+        options.precision = Precision::f32;
+        options.responses = {Quantity::sa1};
+        return model::streamed_skin(d, options);
+    }
+    const int n_;
+    const model::StreamedSkin skin_;
+    std::vector<float> from_, to_;
+    cpu::Spreading<f32> spreading_;
+};
+
+// Two maps at once, as real and imaginary part, in float; weights are transformed once. n: 2n has small factors alone.
+class Transforms {
+  public:
+    Transforms(int n, const std::vector<double>& sums)
+        : n_(n), side_(2 * n), plane_(size_t(side_ * side_)), row_(size_t(side_)) {
+        for (int y = 1 - n; y < n; ++y)
+            for (int x = 1 - n; x < n; ++x)
+                at((x + side_) % side_, (y + side_) % side_) =
+                    float(sums[size_t(std::abs(y) * n + std::abs(x))]) / float(side_ * side_);
+        along(forward_, side_, 1, side_), along(forward_, side_, side_, 1);
+        for (const auto& w : plane_) weights_.push_back(w.real());
+    }
+    void spread(const float* a, const float* b, float* to_a, float* to_b) {
+        std::ranges::fill(plane_, 0);
+        for (int y = 0; y < n_; ++y)
+            for (int x = 0; x < n_; ++x) at(x, y) = {a[y * n_ + x], b[y * n_ + x]};
+        along(forward_, n_, 1, side_), along(forward_, side_, side_, 1);
+        for (size_t i = 0; i < plane_.size(); ++i) plane_[i] *= weights_[i];
+        along(backward_, side_, side_, 1), along(backward_, n_, 1, side_);
+        for (int y = 0; y < n_; ++y)
+            for (int x = 0; x < n_; ++x) to_a[y * n_ + x] = at(x, y).real(), to_b[y * n_ + x] = at(x, y).imag();
+    }
+
+  private:
+    std::complex<float>& at(int x, int y) { return plane_[size_t(y * side_ + x)]; }
+    // Transforms lines of numbers that are `step` apart; lines are `next` apart.
+    void along(kissfft<float>& transform, int lines, int step, int next) {
+        std::vector<std::complex<float>> turned(row_);
+        for (int line = 0; line < lines; ++line) {
+            std::complex<float>* const first = plane_.data() + line * next;
+            for (int i = 0; i < side_; ++i) row_[size_t(i)] = first[i * step];
+            transform.transform(row_.data(), turned.data());
+            for (int i = 0; i < side_; ++i) first[i * step] = turned[size_t(i)];
+        }
+    }
+    const int n_, side_;
+    std::vector<std::complex<float>> plane_, row_;
+    std::vector<float> weights_;
+    kissfft<float> forward_{size_t(side_), false}, backward_{size_t(side_), true};
+};
+
+// Ways to spread a class to a depth, each with its error and its time for a map of 200 x 200 cells.
+class Ways {
+  public:
+    Ways(Bench& bench, const model::Depth& depth) : bench_(bench), depth_(depth), sums_(sums_of(depth, n)) {}
+    void add_pyramid() {
+        const int wide = std::clamp(int(20 * depth_.depth), 48, 640); // so that what lies beyond acts by little
+        const double error = Pyramid(wide, depth_).error(sums_of(depth_, wide), bench_.quick ? 4 : 64);
+        const bool stress = depth_.kernel == Receptors::Kernel::stress;
+        add(stress ? "pyramid" : "pyramid-strain", "f32", error, 20, [p = std::make_shared<Pyramid>(n, depth_)] {
+            return seconds_of([&] {
+                for (int i = 0; i < 20; ++i) p->spread();
+            });
+        });
+    }
+    void add_transforms() {
+        auto in_float = std::make_shared<Transforms>(n, sums_);
+        auto from = std::make_shared<std::vector<float>>(cells), to = std::make_shared<std::vector<float>>(2 * cells);
+        const auto spread = [=] { in_float->spread(from->data(), from->data(), to->data(), to->data() + cells); };
+        (*from)[pressed] = 1;
+        spread();
+        add("fft-float", "f32", error_of(to->data(), n, x, y, sums_), 2, [=] { return seconds_of(spread); });
+        rows_.back().backend = "kissfft";
+        rows_.back().exact = false;
+        const auto long_double = [this] { return model::stresses_of(map_, grid_, {&space_, &space_}, pool_); };
+        add("fft-long-double", "f64", error_of(long_double()[1].data(), n, x, y, sums_), 2,
+            [=] { return seconds_of(long_double); });
+    }
+    // The cells of a column stand for all.
+    void add_sums() {
+        std::vector<double> all;
+        for (int i = 0; i < int(cells); ++i) all.push_back(space_.at<double>(map_, {i % n, i / n}));
+        add("sums", "f64", error_of(all.data(), n, x, y, sums_), 1, [this] {
+            return n * seconds_of([&] {
+                       double sum = 0;
+                       for (int v = 0; v < n; ++v) sum += space_.at<double>(map_, {n / 3, v});
+                       if (std::isnan(sum)) throw std::runtime_error("depths: a sum is not a number");
+                   });
+        });
+    }
+    void measure() {
+        const std::vector<Timing> timings = bench_.paired(work_, bench_.runs);
+        for (size_t i = 0; i < rows_.size(); ++i) {
+            rows_[i].wall = timings[i];
+            bench_.add(rows_[i]);
+        }
+    }
+
+  private:
+    void add(const char* model, const char* precision, double error, int maps, std::function<double()> work) {
+        Measurement r = bench_.cpu("depth-errors", n, 1);
+        r.model = model;
+        r.method = fmt::format("z/h={:g}", depth_.depth);
+        r.precision = precision;
+        r.stencil = "";
+        r.steps = maps;
+        r.errors[1] = error;
+        rows_.push_back(r);
+        work_.push_back(std::move(work));
+    }
+    static constexpr int n = 200, x = 87, y = 101;
+    static constexpr size_t cells = size_t(n) * n, pressed = size_t(y) * n + x;
+    Bench& bench_;
+    const model::Depth depth_;
+    const std::vector<double> sums_;
+    const Grid grid_{n, n, 1.0};
+    const model::HalfSpace space_{grid_, depth_};
+    const std::vector<double> map_ = [] {
+        std::vector<double> map(cells);
+        map[pressed] = 1;
+        return map;
+    }();
+    simd::Pool pool_{1};
+    std::vector<Measurement> rows_;
+    std::vector<std::function<double()>> work_;
+};
+
+} // namespace
+
+void depth(Bench& bench) {
+    std::vector<Device> devices = {Device::cpu(1)};
+    if (bench.cores > 1) devices.push_back(Device::cpu(bench.cores));
+    const std::vector<DeviceInfo> listed = bench.vulkan ? Device::list() : std::vector<DeviceInfo>();
+    for (size_t i = 0; i < listed.size(); ++i)
+        if (listed[i].refused.empty()) devices.push_back(Device::open(std::to_string(i)));
+    for (const Shape& shape : shapes_of(bench.quick))
+        for (const Device& device : devices) add_presses(bench, device, shape);
+    std::vector<double> depths = {1, 6, 10, 22, 40};
+    if (!bench.quick)
+        depths = {0.3, 0.5, 0.7, 1,    1.5, 2,  2.5, 3,    4,  5,  6,    7, 7.99,
+                  8,   10,  12,  13.9, 14,  18, 22,  27.9, 28, 40, 55.9, 56};
+    for (const double z : depths)
+        for (const auto kernel : {Receptors::Kernel::stress, Receptors::Kernel::strain}) {
+            Ways ways(bench, {z, kernel, 0.4});
+            ways.add_pyramid();
+            const bool few = z == 1 || z == 6 || z == 10 || z == 22 || z == 40;
+            if (few && kernel == Receptors::Kernel::stress) ways.add_transforms(), ways.add_sums();
+            ways.measure();
+        }
+}
+
+} // namespace bench
