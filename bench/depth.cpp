@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <set>
 #include <stdexcept>
 
 #include <kissfft/kissfft.hh>
@@ -54,15 +55,17 @@ std::vector<Shape> shapes_of(bool quick) {
         for (size_t s = 0; s < 3; ++s) all[s].presses.push_back(at(z, h, goals[i][s]));
         ++i;
     }
-    for (const auto& [width, height, pads, z, goal] : {std::tuple{4, 4, 4096, 1, 1.2},
-                                                       {8, 8, 2048, 1, 2.9},
-                                                       {12, 12, 1024, 1, 3.5},
-                                                       {16, 16, 4096, 1, 2.9},
-                                                       {20, 25, 512, 1, 2.8},
-                                                       {32, 32, 256, 2, 2.7},
-                                                       {64, 64, 64, 6, 2.3},
-                                                       {64, 64, 64, 10, 1.1}})
-        all.push_back({width, height, quick ? pads / 8 : pads, h, {at(z, h, goal)}});
+    const auto some = [quick](int pads) { return quick ? pads / 8 : pads; };
+    const auto goal = [quick](double of_press) { return quick ? NAN : of_press; }; // of the greater numbers
+    for (const auto& [width, height, pads, z, of_press] : {std::tuple{4, 4, 4096, 1, 1.2},
+                                                           {8, 8, 2048, 1, 2.9},
+                                                           {12, 12, 1024, 1, 3.5},
+                                                           {16, 16, 4096, 1, 2.9},
+                                                           {20, 25, 512, 1, 2.8},
+                                                           {32, 32, 256, 2, 2.7},
+                                                           {64, 64, 64, 6, 2.3}})
+        all.push_back({width, height, some(pads), h, {at(z, h, goal(of_press))}});
+    all.back().presses.push_back(at(10, h, goal(1.1)));
     all.push_back({16, 16, 512, 1e-3, {fingertip}});
     all.push_back({80, 80, 5, 2.5e-4, {fingertip}}); // a hand
     if (quick) all.erase(all.begin() + 1, all.begin() + 3);
@@ -250,17 +253,18 @@ class Ways {
         add("fft-long-double", "f64", error_of(long_double()[1].data(), n, x, y, sums_), 2,
             [=] { return seconds_of(long_double); });
     }
-    // The cells of a column stand for all.
+    // Of the cells of one column.
     void add_sums() {
         std::vector<double> all;
         for (int i = 0; i < int(cells); ++i) all.push_back(space_.at<double>(map_, {i % n, i / n}));
         add("sums", "f64", error_of(all.data(), n, x, y, sums_), 1, [this] {
-            return n * seconds_of([&] {
-                       double sum = 0;
-                       for (int v = 0; v < n; ++v) sum += space_.at<double>(map_, {n / 3, v});
-                       if (std::isnan(sum)) throw std::runtime_error("depths: a sum is not a number");
-                   });
+            return seconds_of([&] {
+                double sum = 0;
+                for (int v = 0; v < n; ++v) sum += space_.at<double>(map_, {n / 3, v});
+                if (std::isnan(sum)) throw std::runtime_error("depths: a sum is not a number");
+            });
         });
+        rows_.back().width = 1;
     }
     void measure() {
         const std::vector<Timing> timings = bench_.paired(work_, bench_.runs);
@@ -307,18 +311,21 @@ void depth(Bench& bench) {
     const std::vector<DeviceInfo> listed = bench.vulkan ? Device::list() : std::vector<DeviceInfo>();
     for (size_t i = 0; i < listed.size(); ++i)
         if (listed[i].refused.empty()) devices.push_back(Device::open(std::to_string(i)));
+    constexpr size_t most_in_pads = 600000; // cells on a device: margins of so many small pads take 300 bytes a cell
     for (const Shape& shape : shapes_of(bench.quick))
-        for (const Device& device : devices) add_presses(bench, device, shape);
-    std::vector<double> depths = {1, 6, 10, 22, 40};
+        for (const Device& device : devices)
+            if (!device.info().vulkan || shape.pads == 1 || shape.cells() <= most_in_pads)
+                add_presses(bench, device, shape);
+    constexpr double marked[] = {1, 6, 10, 22, 40}; // of all ways
+    std::set<double> depths(std::begin(marked), std::end(marked));
     if (!bench.quick)
-        depths = {0.3, 0.5, 0.7, 1,    1.5, 2,  2.5, 3,    4,  5,  6,    7, 7.99,
-                  8,   10,  12,  13.9, 14,  18, 22,  27.9, 28, 40, 55.9, 56};
+        depths.insert({0.3, 0.5, 0.7, 1.5, 2, 2.5, 3, 4, 5, 7, 7.99, 8, 12, 13.9, 14, 18, 27.9, 28, 55.9, 56});
     for (const double z : depths)
         for (const auto kernel : {Receptors::Kernel::stress, Receptors::Kernel::strain}) {
             Ways ways(bench, {z, kernel, 0.4});
             ways.add_pyramid();
-            const bool few = z == 1 || z == 6 || z == 10 || z == 22 || z == 40;
-            if (few && kernel == Receptors::Kernel::stress) ways.add_transforms(), ways.add_sums();
+            if (std::ranges::count(marked, z) && kernel == Receptors::Kernel::stress)
+                ways.add_transforms(), ways.add_sums();
             ways.measure();
         }
 }

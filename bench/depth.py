@@ -5,7 +5,9 @@ For report.py. What a fit would do that does not see where pressed cells lie amo
 
 import numpy as np
 
-CLASSES = {"6": "SA1", "10": "FA1", "22": "SA2", "40": "FA2"}  # of a fingertip, by depth over a spacing of 0.05 mm
+CLASSES = {"6": ("SA1", 0.3), "10": ("FA1", 0.5), "22": ("SA2", 1.1), "40": ("FA2", 2)}  # of a fingertip, mm, by z/h where h is 0.05 mm
+PYRAMID, FFT, SUMS, TRAP = "#0072B2", "#CC79A7", "#009E73", "#D55E00"
+BOUND = 1e-3  # spread_error (host/core/model/spread.hpp)
 MASK = np.array([1, 6, 15, 20, 15, 6, 1]) / 64
 
 
@@ -74,21 +76,89 @@ def of_cell(row):
 
 def line(rows, model):
     """Depths over the spacing, errors and nanoseconds of one way, by depth."""
-    found = [(float(r["method"][4:]), float(r["err_sa1"]), of_cell(r)) for r in rows if r["model"] == model]
-    return np.array(sorted(found)).T
+    return np.array(sorted((float(r["method"][4:]), float(r["err_sa1"]), of_cell(r)) for r in rows if r["model"] == model)).T
 
 
-def against_cost(axis, rows, press):
-    ways = {
-        "pyramid": ("o", "black", "the pyramid of the library, float"),
-        "fft-float": ("s", "#E69F00", "FFT, float (kissfft)"),
-        "fft-long-double": ("D", "#D55E00", "FFT, long double (kissfft),\nas scenes with a tolerance take it"),
-        "sums": ("^", "#0072B2", "direct sums, double"),
-    }
-    for model, (marker, colour, name) in ways.items():
+def beside(axis, text, x, y, place, **more):
+    """Writes so many points beside a place."""
+    axis.annotate(text, (x, y), place, textcoords="offset points", va="center", ha="left" if place[0] > 0 else "right", **more)
+
+
+def against_cost(above, below, rows, press):
+    leader = {"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3}
+    heights = {"SA1": 2, "FA1": -4, "SA2": -10, "FA2": -22}
+    for z, error, ns in line(rows, "pyramid").T:
+        above.plot(ns, error, "o", color=PYRAMID, markersize=4, alpha=0.5, markeredgewidth=0)
+        if f"{z:g}" in CLASSES:
+            name, depth = CLASSES[f"{z:g}"]
+            above.plot(ns, error, "o", color=PYRAMID, markersize=7)
+            right = 30 + 37 * np.log10(4 / ns)  # all begin at one cost
+            beside(above, f"{name}, {depth} mm", ns, error, (right, heights[name]), fontsize=9, arrowprops=leader)
+        elif z in (0.3, 0.5, 1):
+            beside(above, f"z/h = {z:g}", ns, error, (-7, 0), fontsize=8, color=PYRAMID)
+    for axis, model, colour, marker, name in (
+        (above, "fft-float", FFT, "s", "FFT, float"),
+        (below, "fft-long-double", FFT, "D", "FFT, long double"),
+        (below, "sums", SUMS, "^", "direct sums, double"),
+    ):
         z, error, ns = line(rows, model)
-        shown = np.isin(z, [float(text) for text in CLASSES] + [1])
-        axis.plot(ns[shown], error[shown], marker, color=colour, markersize=8 if model == "pyramid" else 6)
-        side = {"pyramid": 0.62, "sums": 1.5}.get(model, 0.6)
-        axis.text(ns[shown].mean() * side, error[shown].max() * (8 if model != "pyramid" else 14), name, color=colour, fontsize=9,
-                  ha="right" if model == "sums" else "left")
+        axis.plot(ns, error, marker, color=colour, markersize=6)
+        if axis is below:
+            beside(axis, name, ns.mean(), error.max(), (-9, 0), color=colour, fontsize=9)
+            continue
+        beside(axis, name, ns.mean(), error.max() * 2, (-20, 0), color=colour, fontsize=9)
+        for i in (0, -1):
+            beside(axis, f"z/h = {z[i]:g}", ns[i], error[i], (9, 0), color=colour, fontsize=8)
+    above.text(0.03, 0.97, "pyramid, float", color=PYRAMID, fontsize=9, transform=above.transAxes, va="top")
+    for axis in (above, below):
+        axis.axvline(press, color="grey", linestyle=(0, (1, 2)), linewidth=1)
+    below.text(press * 1.1, 3e-16, "a press of all\nfour classes", fontsize=8, color="grey", va="center")
+    above.axhline(BOUND, color="black", linewidth=0.8, linestyle="--")
+    above.text(4e4, BOUND * 1.1, "promised: 1e-3", fontsize=8, ha="right")
+    above.set(xscale="log", yscale="log", ylim=(2e-7, 4e-3), xlim=(0.6, 6e4))
+    above.set_title("error against cost", pad=17)
+    below.set(xscale="log", yscale="log", ylim=(2e-17, 2e-15), xlim=(0.6, 6e4), xlabel="ns per cell and class, one thread")
+    above.set_ylabel("error: sum of |weight error| over all cells")
+    above.tick_params(labelbottom=False)
+
+
+def by_depth(above, below, rows, press, quick):
+    for model, style, name in (("pyramid", "-", "stress"), ("pyramid-strain", "--", "strain")):
+        z, error, ns = line(rows, model)
+        above.plot(z, error, style, color=PYRAMID, linewidth=1.5, label=f"the library's weights, {name}")
+    depths = (1, 3, 6, 10) if quick else (1, 2, 3, 4, 6, 8, 10, 14, 22)
+    seen, worst = np.array([trap(z) for z in depths]).T
+    above.plot(depths, worst, "o-", color=TRAP, linewidth=1.2, markersize=4, label="weights fitted to the mean kernel: the trap")
+    above.plot(depths, seen, "o:", color=TRAP, linewidth=1.2, markersize=3, label="the same, as that fit sees itself")
+    above.axhline(BOUND, color="black", linewidth=0.8, linestyle="--")
+    above.set(yscale="log", ylim=(3e-7, 1e-1))
+    above.set_title("error by depth, of a cell at the worst place among the nodes", pad=17)
+    above.legend(fontsize=8, loc="lower right", frameon=False)
+    z, _, ns = line(rows, "pyramid")
+    below.plot(z, ns, color=PYRAMID, linewidth=1.5)
+    below.text(0.32, ns[0] * 1.25, "pyramid", fontsize=8, color=PYRAMID)
+    z, _, ns = line(rows, "fft-float")
+    below.plot(z, ns, "s-", color=FFT, markersize=4, linewidth=1)
+    beside(below, "FFT, float", 1, ns[0], (-8, 0), fontsize=8, color=FFT)
+    below.axhline(press, color="grey", linestyle=(0, (1, 2)), linewidth=1)
+    below.text(0.32, press * 0.8, "a press of all four classes", va="top", fontsize=8, color="grey")
+    below.set(yscale="log", ylim=(0.4, 150), ylabel="ns per cell and class", xlabel="depth over spacing, z/h")
+    for axis in (above, below):
+        axis.set(xscale="log", xlim=(0.28, 64))
+        axis.set_xticks((0.3, 1, 3, 10, 30), ("0.3", "1", "3", "10", "30"))
+        for z, (name, _) in CLASSES.items():
+            axis.axvline(float(z), color="black", linewidth=0.5, alpha=0.4)
+            if axis is above:
+                axis.text(float(z), 1.15e-1, name, fontsize=8, ha="center", va="bottom")
+    above.tick_params(labelbottom=False)
+
+
+def draw(figure, presses, errors):
+    """presses, errors: rows of the table, of the workloads depth and depth-errors."""
+    shown = figure.subplot_mosaic([["left", "right"], ["left", "right"], ["low", "cost"]], height_ratios=(1, 1, 0.9))
+    press = min(of_cell(r) for r in presses if r["model"] == "surface" and r["width"] == r["height"] == "200" and r["threads"] == "1")
+    against_cost(shown["left"], shown["low"], errors, press)
+    by_depth(shown["right"], shown["cost"], errors, press, presses[0]["size"] == "quick")
+    for axis in shown.values():
+        axis.grid(alpha=0.25)
+    figure.suptitle("Receptors at a depth z below cells h wide; SA1 to FA2 of a fingertip, h = 0.05 mm", fontsize=12)

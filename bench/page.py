@@ -543,6 +543,58 @@ cell:
 """
 
 
+def depths(rows):
+    found, errors = of(rows, "depth"), of(rows, "depth-errors")
+    if not found:
+        return ""
+    places = list(dict.fromkeys((r["device"], r["threads"]) for r in found))
+    lines = []
+    for s, model in dict.fromkeys((shape(r), r["model"]) for r in found if r["model"] != "surface"):
+        line = [f"{f'{s[2]} of ' if s[2] > 1 else ''}{s[0]} x {s[1]}", model.replace("z/h=", "")]
+        for device, threads in places:
+            here = [r for r in found if shape(r) == s and (r["device"], r["threads"]) == (device, threads)]
+            press = one(here, "ns", model="surface")
+            ratio = min((number(r["ratio"]) for r in here if r["model"] == model), default=math.nan)
+            more = (ratio - 1) / 4
+            line += [num(press), f"{num(more * press)} ({num(more, 2)})"] if ratio == ratio else [DASH, DASH]
+        lines.append(line)
+    names = [plural(t) if device == "cpu" else device for device, t in places]
+    head = ["cells", "z/h"] + [text for name in names for text in (f"{name}: a press", "a class more")]
+    finger = [r for r in of(rows, "depth", model="fingertip") if shape(r) == (200, 200, 1) and on_cpu(r)]
+    last = max(finger, key=lambda r: int(r["threads"]))
+    ways = {
+        "pyramid": "pyramid, stress",
+        "pyramid-strain": "pyramid, strain",
+        "fft-float": "FFT, float",
+        "fft-long-double": "FFT, long double",
+        "sums": "direct sums, double",
+    }
+    exact = [
+        [text]
+        + [
+            " in ".join(f(r) for r in of(errors, "depth-errors", model=way, method=f"z/h={z}") for f in (
+                lambda r: small(number(r["err_sa1"])), lambda r: num(r["ns"]) + " ns"))
+            for z in (1, 6, 10, 22, 40)
+        ]
+        for way, text in ways.items()
+    ]
+    return f"""
+## Receptors at depths
+
+![error against cost of receptors at depths, and both by the depth](depth.png)
+
+A press in f32 of all four responses at the surface, ns per cell; and what each class adds whose receptors lie z
+below cells that are h wide, in ns per cell and as a share of that press. Fingertip: SA1 at 0.3, FA1 at 0.5, SA2 at
+1.1, FA2 at 2 mm, below cells of 0.05 mm, of 1 mm in pads of 16 x 16 and of 0.25 mm in a hand, 5 of 80 x 80. With
+these depths a frame of 200 x 200 cells takes {num(us(last) / 1e3)} ms on {plural(last['threads'])}.
+
+{table(head, lines)}
+How far the spread of one pressed cell is off Love's sums, the sum over all cells at the worst place among the
+pyramid's nodes; and ns per cell for a class of 200 x 200 cells on one thread. FFT: kissfft, two classes at a time.
+
+{table(['way', *(f'z/h = {z}' for z in (1, 6, 10, 22, 40))], exact)}"""
+
+
 def marches(rows):
     names = {
         "march-uniform": "uniform",
@@ -912,6 +964,7 @@ def page(rows, step_of):
         touched(rows),
         batches(rows),
         press(rows),
+        depths(rows),
         accuracy(rows),
         stiff(rows, step_of),
         spikes(rows),

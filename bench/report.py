@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image  # matplotlib's own requirement
 
+import depth as of_depth
 from page import crossings, of, page, places, shape
 
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
@@ -617,6 +618,12 @@ def stiff(rows, folder):
     save(figure, folder, "stiff", rows, bottom=0.05)
 
 
+def depth(rows, folder):
+    figure = plt.figure(figsize=(11.5, 6.4))
+    of_depth.draw(figure, of(rows, "depth"), of(rows, "depth-errors"))
+    save(figure, folder, "depth", rows)
+
+
 # What each picture is of; without these rows it is left out.
 PICTURES = {
     work_precision: "accuracy",
@@ -627,6 +634,7 @@ PICTURES = {
     devices: "press",
     pads: "pads",
     cells: "cells",
+    depth: "depth-errors",
 }
 
 
