@@ -143,6 +143,7 @@ typedef struct dermis_report {
     uint32_t sign_changed;              // bits of responses with the wrong sign in some cell: 1 + l*C < 0 there
     dermis_figure vibration;            // Hz, where frames lose a tenth of a vibration: 0.178 over the time between two
                                         // frames; of a load known by frames. A size of 304 has no such member.
+    dermis_figure fine_load;            // see Report in description.hpp. A size of 328 has no such member.
 } dermis_report;
 
 // ---- Runs.

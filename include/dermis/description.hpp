@@ -234,6 +234,9 @@ struct SkinDescription {
 // times. Each number stands with its source in host/core/description/fingertip.md, and each can be changed. Sites
 // are population(fingertip().grid); a scene of it is Scene{fingertip()}, whose load is left to the caller.
 DERMIS_API SkinDescription fingertip();
+// Receptors::depth of a fingertip: SA1 0.3 mm, FA1 0.5 mm and FA2 2 mm, at which its afferents were fitted with the
+// default kernel and Poisson's ratio, and SA2 1.1 mm. Sources: as above.
+DERMIS_API Depths fingertip_depths();
 
 // A figure that shows whether the numbers of a skin are plausible, and the range in which they are.
 struct Figure {
@@ -259,5 +262,11 @@ struct Report {
     // it is six tenths, and above that the vibration appears at another frequency. Known where the load is a sequence,
     // and of a Skin after a step longer than 0 under linear hold.
     Figure vibration;
+    // The share of the load that is finer than receptors lie deep: what cells are pressed more than the mean over the
+    // square around them, which goes on as far to all sides as the deepest class lies deep (without depths a
+    // fingertip's, 2 mm), within the grid. 0: an even load; close to 1: points. 0..1; without depths 0..0.1, above
+    // which they matter. Of a Skin's last press, or a sequence's frame of the greatest pressure. NaN without
+    // Grid::spacing or load, and where a Skin holds the cells of its sites alone.
+    Figure fine_load;
 };
 } // namespace dermis

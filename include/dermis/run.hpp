@@ -64,6 +64,7 @@ struct Result {
     // responses that follow the stress; everything, with more_loads; impulses. Spikes never are.
     std::string unmeasured;
     double cells_per_ridge = HUGE_VAL; // infinite as Report::cells_per_ridge is; below 8 the curvature is coarse
+    double fine_load = std::nan("");   // as Report::fine_load
     // The next five describe the whole skin; with Model::sites they are not known: NaN or -1. C5 and C4 are the
     // curvature by the five-point and by the fourth-order stencil.
     double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of C5 on a smooth skin
@@ -137,8 +138,9 @@ struct Explanation {
     // greatest pressure is stepped along lines and along parabolas between the frames (see Hold); these are the
     // greatest differences of strain and of rate (FA1) at the frames, divided by the greatest value. NaN otherwise.
     double strain_between_frames = std::nan(""), fa1_between_frames = std::nan("");
-    double tolerance = 0; // relative, as Scene::tolerance
-    bool binding = false; // the tolerance is the scene's, not the default
+    double fine_load = std::nan(""); // as Report::fine_load
+    double tolerance = 0;            // relative, as Scene::tolerance
+    bool binding = false;            // the tolerance is the scene's, not the default
 };
 
 // Says how run() would compute the scene, like a database's EXPLAIN. Nothing is run.

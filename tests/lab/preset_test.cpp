@@ -66,6 +66,7 @@ TEST_CASE("the fingertip has the numbers of its page, each with a source or call
         return a.modulus == b.modulus && a.viscosity == b.viscosity;
     }));
     const Density density;
+    const Depths depth = fingertip_depths();
     const std::map<std::string, std::vector<double>> given = {
         {"grid.width", {double(s.grid.width)}},
         {"grid.height", {double(s.grid.height)}},
@@ -81,7 +82,11 @@ TEST_CASE("the fingertip has the numbers of its page, each with a source or call
         {"sites.density.sa1", {density.sa1}},
         {"sites.density.sa2", {density.sa2}},
         {"sites.density.fa1", {density.fa1}},
-        {"sites.density.fa2", {density.fa2}}};
+        {"sites.density.fa2", {density.fa2}},
+        {"receptors.depth.sa1", {*depth.sa1}},
+        {"receptors.depth.sa2", {*depth.sa2}},
+        {"receptors.depth.fa1", {*depth.fa1}},
+        {"receptors.depth.fa2", {*depth.fa2}}};
     std::map<std::string, Row> rows = page_rows();
     CHECK(rows.at("surface.kind").value == std::string("`\"") + scene::text_of(s.surface.kind) + "\"`");
     rows.erase("surface.kind");
@@ -100,6 +105,51 @@ TEST_CASE("the fingertip has the numbers of its page, each with a source or call
         const std::string& source = rows.at(key).source;
         CHECK((source.rfind("chosen", 0) == 0 || source == "as SA1" ||
                std::regex_search(source, std::regex("[A-Z][a-z]+.*(19|20)[0-9][0-9]"))));
+    }
+}
+
+TEST_CASE("the word fingertip gives the depths at which the afferents were fitted, in every form of a scene") {
+    const Depths depths = fingertip_depths();
+    const std::string fit = slurp(data("../../bench/evidence/fit_afferents.py"));
+    for (const auto& [model, depth] : {std::pair{"SA1", depths.sa1}, {"RA", depths.fa1}, {"PC", depths.fa2}}) {
+        std::smatch found;
+        REQUIRE(
+            std::regex_search(fit, found, std::regex(std::string("Model\\(\"") + model + "\",.* depth=([0-9.e-]+),")));
+        CHECK(std::stod(found[1]) == *depth);
+    }
+    const std::string word = tip_preset + "[receptors]\ndepth = \"fingertip\"\n";
+    const Scene s = scene_of(word), set = Scene::from_string(tip_preset, {"receptors.depth=fingertip"});
+    for (auto depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
+        for (const Receptors& r : {s.receptors, set.receptors, Scene::from_string(scene::written(s).text).receptors})
+            CHECK(*(r.depth.*depth) == *(depths.*depth));
+    CHECK(s.receptors.kernel == Receptors::Kernel::stress);
+    CHECK_FALSE(scene_of(tip_preset).receptors.depth.sa1.has_value());
+    CHECK(holds(why_not(tip_preset + "[receptors]\ndepth = \"thumb\"\n"),
+                "receptors.depth = 'thumb'; allowed: \"fingertip\", or a table of depths"));
+    CHECK(holds(why_not("[receptors]\ndepth = 1\n"), "receptors.depth = 1; allowed: "));
+}
+
+// The input of the fits: the stress on the axis of a flat cylinder over the modulus, per displacement.
+TEST_CASE("below the probe of the fits receptors at these depths feel what the fits say, by the default kernel") {
+    const double radius = 5e-4, displacement = 1e-4, poisson = 0.4;
+    Scene s{fingertip()};
+    s.grid = {121, 121, 2.5e-5};
+    s.surface = {.kind = Surface::Kind::flat, .relief = 1e-5};
+    s.material.elements = {{.modulus = 5e4, .viscosity = 0}};
+    s.load.kind = Load::Kind::punch;
+    s.load.control = Control::depth;
+    s.load.radius = 20;
+    s.load.intensity = displacement;
+    s.time = {.step = 1e-3, .duration = 2e-3};
+    s.output.traces = {};
+    const Depths depths = fingertip_depths();
+    for (const double depth : {*depths.sa1, *depths.sa2, *depths.fa1, *depths.fa2}) {
+        s.receptors.depth = {.sa1 = depth};
+        s.sites = {{Quantity::sa1, {60, 60}}};
+        const double square = depth * depth / (radius * radius),
+                     expected = displacement / (3.14159265358979 * radius * (1 - poisson * poisson)) *
+                                (1 + 3 * square) / ((1 + square) * (1 + square));
+        CHECK(run(s).responses.back() == relative(expected, 0.01));
     }
 }
 

@@ -19,4 +19,6 @@ SkinDescription fingertip() {
     });
 }
 
+Depths fingertip_depths() { return {.sa1 = 3e-4, .sa2 = 1.1e-3, .fa1 = 5e-4, .fa2 = 2e-3}; }
+
 } // namespace dermis

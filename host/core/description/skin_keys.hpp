@@ -79,7 +79,7 @@ inline constexpr auto rows<Receptors> = std::tuple{
     Key{"fa2", &Receptors::fa2, "", no_range, "\"point\", or \"step-mean\" where a point has no value",
         "FA2 at an output's time, or its mean over the step"},
     Key{"fa2_gains", &Receptors::fa2_gains, "", number, "", "of positive and of negative values"},
-    Key{"depth", &Receptors::depth, "", no_range, "none", "of each class below the surface"},
+    Key{"depth", &Receptors::depth, "", no_range, "none", "of each class below the surface, or \"fingertip\""},
     Key{"follow", &Receptors::follow, "", no_range, "", "the input of a class: strain or stress"},
     Key{"kernel", &Receptors::kernel, "", no_range, "", "the stress or the strain at a depth"},
     Key{"poisson", &Receptors::poisson, "", half, "0.4", "Poisson's ratio of the half-space"},

@@ -45,10 +45,11 @@ void PressedCells::save_cells(const model::PadList& pads, const model::StateMemo
     }
 }
 
-std::vector<float> PressedCells::strain_of(int pad) {
+std::vector<float> PressedCells::strain_of(int pad, std::vector<float>* pressures) {
     std::vector<float> strains(layout_.cells * layout_.planes), pressure(layout_.pressure);
     stream_->save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(strains.data()),
                                               .pressure = reinterpret_cast<char*>(pressure.data())});
+    if (pressures) *pressures = pressure;
     std::vector<float> strain(layout_.cells);
     felt_.strain(pad, strains.data(), pressure.data(), strain.data());
     return strain;

@@ -35,8 +35,8 @@ class PressedCells : public Stage {
     // states, whatever pressed them.
     void save_cells(const model::PadList&, const model::StateMemory<char>&);
 
-    // The strain of each cell that a pad's state holds.
-    std::vector<float> strain_of(int pad);
+    // The strain of each cell that a pad's state holds. pressure: takes what presses them; may be null.
+    std::vector<float> strain_of(int pad, std::vector<float>* pressure = nullptr);
     // Strain, indentation or curvature of all pads; the same memory until the next call. rest_curvature: of each cell,
     // where a state holds all cells.
     const std::vector<float>& told(Quantity, const float* rest_curvature);

@@ -12,8 +12,7 @@ namespace contact = dermis::contact;
 contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argument) {
     const size_t versions[] = {offsetof(dermis_contact_pad, tiled), offsetof(dermis_contact_pad, radius_x),
                                offsetof(dermis_contact_pad, shear_x)};
-    need_pointer(pad, argument);
-    if (pad->size != versions[1] && pad->size != versions[2]) need_size(pad, argument, versions[0]);
+    need_size(pad, argument, versions[0], versions[1], versions[2]);
     const bool has_radii = pad->size > versions[1], has_shear = pad->size > versions[2];
     return {.width = pad->width,
             .height = pad->height,

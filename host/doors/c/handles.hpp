@@ -74,11 +74,10 @@ inline bool flag(int32_t number, const std::string& argument) {
     return number == 1;
 }
 
-// Throws Error::bad_input unless a struct of the caller's has the size that it has here, or its first version's size.
-template <class Struct>
-void need_size(const Struct* given, const char* argument, size_t first_version = sizeof(Struct)) {
+// Throws Error::bad_input unless a struct of the caller's has the size that it has here, or that of an earlier version.
+template <class Struct, class... Size> void need_size(const Struct* given, const char* argument, Size... earlier) {
     need_pointer(given, argument);
-    if (given->size != sizeof(Struct) && given->size != first_version)
+    if (given->size != sizeof(Struct) && ((given->size != earlier) && ...))
         scene::refuse(std::string(argument) + "->size", std::to_string(given->size),
                       std::to_string(sizeof(Struct)) + ", which is its sizeof");
 }

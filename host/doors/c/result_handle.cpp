@@ -97,7 +97,7 @@ dermis_status dermis_result_get_responses(const dermis_result* result, const dou
 dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report) {
     return guarded([&] {
         need_pointer(result, "result");
-        need_size(report, "report", offsetof(dermis_report, vibration));
+        need_size(report, "report", offsetof(dermis_report, vibration), offsetof(dermis_report, fine_load));
         fill(report, dermis::report(result->scene, result->result));
     });
 }

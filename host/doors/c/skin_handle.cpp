@@ -188,7 +188,7 @@ dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* sc
 dermis_status dermis_skin_get_report(const dermis_skin* skin, int32_t pad, dermis_report* report) {
     return guarded([&] {
         need_pointer(skin, "skin");
-        need_size(report, "report", offsetof(dermis_report, vibration));
+        need_size(report, "report", offsetof(dermis_report, vibration), offsetof(dermis_report, fine_load));
         fill(report, skin->skin.report(pad));
     });
 }

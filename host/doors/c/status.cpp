@@ -74,6 +74,7 @@ void fill(dermis_report* to, const Report& from) {
     for (Quantity q : from.sign_changed)
         report.sign_changed |= DERMIS_BIT(std::ranges::find(quantities, q) - std::begin(quantities));
     report.vibration = figure_of(from.vibration);
+    report.fine_load = figure_of(from.fine_load);
     std::memcpy(to, &report, report.size);
 }
 

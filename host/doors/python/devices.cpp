@@ -105,7 +105,8 @@ void bind_report(nb::module_& m) {
             },
             "The responses that have in some cell another sign than what they answer to.")
         .def_ro("vibration", &Report::vibration,
-                "Hz: where frames lose a tenth of a vibration, 0.178 over the time between two frames.");
+                "Hz: where frames lose a tenth of a vibration, 0.178 over the time between two frames.")
+        .def_ro("fine_load", &Report::fine_load, "The share of the load that is finer than receptors lie deep.");
 }
 
 } // namespace dermis::python

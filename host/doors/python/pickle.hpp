@@ -54,14 +54,15 @@ DERMIS_MEMBERS(DeviceInfo, name, kind, driver, uuid, vulkan, exact, refused)
 DERMIS_MEMBERS(FiredSpike, time, afferent)
 DERMIS_MEMBERS(Result, time, traces, responses, impulses, fields, device, model, precision, steps, left_out, dispatches,
                seconds, tau_min, tau_max, predicted_error, measured_error, measured_cells, unmeasured, cells_per_ridge,
-               stencil_estimate, greatest_curvature, greatest_gain, kinks, pressed_cells, cells_compared,
+               fine_load, stencil_estimate, greatest_curvature, greatest_gain, kinks, pressed_cells, cells_compared,
                cells_different, spikes)
 DERMIS_MEMBERS(Figure, value, least, greatest)
-DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration)
+DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration,
+               fine_load)
 DERMIS_MEMBERS(Relaxation, moduli, times, equilibrium)
 DERMIS_MEMBERS(Candidate, model, precision, device, steps, dispatches, bytes, seconds, error, refused)
 DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, strain_between, fa1_between,
-               tolerance, binding)
+               fine_load, tolerance, binding)
 DERMIS_MEMBERS(contact::Contact, x, y, force, radius, area)
 DERMIS_MEMBERS(contact::WorldContact, position, force, radius, area, direction)
 DERMIS_MEMBERS(contact::Pose, position, rotation)

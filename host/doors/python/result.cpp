@@ -154,7 +154,8 @@ void bind_explanation(nb::module_& m) {
         .def_ro("greatest_curvature", &Explanation::greatest_curvature, "Greatest |C| at rest, 1/m.")
         .def_ro("strain_between_frames", &Explanation::strain_between_frames,
                 "What frames of a sequence lose of the strain: by how much lines and parabolas between them differ.")
-        .def_ro("fa1_between_frames", &Explanation::fa1_between_frames, "The same of FA1.");
+        .def_ro("fa1_between_frames", &Explanation::fa1_between_frames, "The same of FA1.")
+        .def_ro("fine_load", &Explanation::fine_load, "The share of the load that is finer than receptors lie deep.");
     m.def("plan", plan_of_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
           nb::arg("precision").none() = nb::none());
 }

@@ -78,7 +78,7 @@ output::Json json_of(const Scene& scene, const std::vector<std::string>& overrid
     DERMIS_KEYS(json, scene.grid, width, height);
     DERMIS_KEYS(json, scene, method);
     DERMIS_KEYS(json, e, tolerance, binding, stencil_estimate, greatest_curvature, retardation_times,
-                strain_between_frames, fa1_between_frames, chosen, candidates);
+                strain_between_frames, fa1_between_frames, fine_load, chosen, candidates);
     return json;
 }
 
@@ -89,6 +89,9 @@ void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
                e.binding ? "" : " (default: of what is chosen freely)");
     fmt::print("   {} at rest, apart from the errors below\n",
                shown_estimate(e.stencil_estimate, e.greatest_curvature));
+    if (!std::isnan(e.fine_load))
+        fmt::print("   {:.2g} % of the load is finer than receptors{} lie deep\n", 100 * e.fine_load,
+                   scene::has_depth(scene.receptors) ? "" : " of a fingertip (receptors.depth = \"fingertip\")");
     if (e.retardation_times.size() == 1)
         fmt::print(
             "   materials differ, but all have tau = {:.6g} s: the strain is pressure over {}, times one function of "

@@ -45,7 +45,8 @@ inline void to_json(output::Json& json, const Figure& f) {
     json["within"] = std::isnan(f.value) ? output::Json() : output::Json(!f.outside());
 }
 inline void to_json(output::Json& json, const Report& r) {
-    DERMIS_KEYS(json, r, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration);
+    DERMIS_KEYS(json, r, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration,
+                fine_load);
 }
 inline void to_json(output::Json& json, const Candidate& c) {
     DERMIS_KEYS(json, c, model, precision, device, steps, dispatches, bytes, seconds, error, refused);

@@ -118,6 +118,7 @@ Report report(const Scene& s, const Result& r) {
     return scene::guarded("the report of a result", [&] {
         const DefaultFloats guard;
         Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
+        report.fine_load.value = r.fine_load;
         if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
             report.strain.value = extremes_of(*strain).size();
             if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);

@@ -6,6 +6,7 @@
 #include "host/core/base/watch.hpp"
 #include "host/core/model/site_cells.hpp"
 #include "host/core/press/device.hpp"
+#include "host/core/press/report.hpp"
 #include "host/lab/march/march.hpp"
 #include "host/lab/planner/choice.hpp"
 #include "host/lab/planner/magnitudes.hpp"
@@ -51,7 +52,14 @@ struct Prepared {
 
 Prepared prepared(const Scene& scene, const Device& device, bool check) {
     const scene::ValidatedScene validated = scene::validate(scene);
-    return {validated.scene, model::prepare_run(validated, check, threads_of(device)), {}};
+    Prepared p{validated.scene, model::prepare_run(validated, check, threads_of(device)), {}};
+    model::Schedule& s = p.run.schedule;
+    const auto most = std::ranges::max_element(s.frame_peaks) - s.frame_peaks.begin();
+    Map load = s.sequence ? Map(model::FrameFeed(s, p.run.skin.width()).frame(most)) : s.pressure;
+    for (const model::Schedule& other : s.others)
+        std::ranges::transform(load, other.pressure, load.edit().begin(), std::plus());
+    s.fine_load = fine_load_of(p.run.skin.description, load);
+    return p;
 }
 
 // How a run is computed: all candidates, the one that is taken, and the device for which that was decided.
@@ -148,6 +156,7 @@ class Run {
         result_.tau_min = tau.min;
         result_.tau_max = tau.max;
         result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);
+        result_.fine_load = schedule_.fine_load;
         make_stepper();
         result_.device = d.device.info(); // after make_stepper(), which may have tested the device
         if (!options.check) return;
@@ -308,6 +317,7 @@ Explanation plan(const Scene& scene, const Device& device, const RunOptions& opt
         const scene::Watch watch(options.progress);
         const Prepared p = prepared(scene, device, false);
         Explanation e = decided(p, device, options, true).explanation;
+        e.fine_load = p.run.schedule.fine_load;
         if (p.run.schedule.sequence) compare_holds(p.run, e);
         return e;
     });

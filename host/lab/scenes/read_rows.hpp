@@ -51,6 +51,11 @@ void read_value(Section& table, const char* key, const char* unit, Value& value,
     if constexpr (!std::is_class_v<T> || std::is_same_v<T, Cell> || requires { typename T::value_type; })
         table.value(key, value, [=](auto& node, const auto& name) { return value_in<T>(node, name, unit, grid); });
     else {
+        if constexpr (std::is_same_v<T, Depths>)
+            if (table.has_text(key)) {
+                table.permit(key, table.text(key) == "fingertip", "\"fingertip\", or a table of depths");
+                return void(value = fingertip_depths());
+            }
         Section inner = table.section(key);
         T own{};
         if constexpr (!Held<Value>::optional) own = value;

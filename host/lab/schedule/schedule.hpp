@@ -34,6 +34,7 @@ struct Schedule {
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
     size_t changed_most = 0;                  // the cell of the greatest of these changes
+    double fine_load = 0;                     // Report::fine_load
     // The greatest |Laplacian| of a frame, per cell^2, over the frame's peak. Strains are no rougher: they are sums of
     // frames, each times a number >= 0. Known where receptors lie at depths and the pressure runs along lines.
     std::optional<double> frame_roughness;

@@ -119,6 +119,8 @@ int main(void) {
     OFFSET(dermis_skin_options, hold);
     EARLIER_SIZE(dermis_skin_options, shear);
     OFFSET(dermis_report, vibration);
+    EARLIER_SIZE(dermis_report, fine_load);
+    OFFSET(dermis_report, fine_load);
     SIZE(dermis_report);
     NUMBER(DERMIS_PRESSURE);
     NUMBER(DERMIS_DEPTH);

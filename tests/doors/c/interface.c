@@ -137,6 +137,26 @@ static void maps(void) {
 static const char run_text[] = "[grid]\nwidth = 4\nheight = 3\n[time]\nduration = 1\n[output]\nprobes = [[1, 2]]\n"
                                "traces = [\"strain\", \"fa1\"]\nfields = [{ at = 0.5, what = [\"sa1\"] }]\n";
 
+static void depths(void) {
+    dermis_scene* scene = scene_of("preset = \"fingertip\"\n[grid]\nwidth = 20\nheight = 20\n[time]\nduration = 0.1\n");
+    dermis_result *at_surface = NULL, *below = NULL;
+    dermis_report report = {.size = sizeof report};
+    const double *surface = NULL, *deep = NULL;
+    size_t count = 0;
+    CHECK(dermis_run(scene, NULL, &at_surface) == DERMIS_OK);
+    REFUSED(dermis_scene_set(scene, "receptors.depth", "thumb"), "receptors.depth = 'thumb'; allowed: \"fingertip\"");
+    CHECK(dermis_scene_set(scene, "receptors.depth", "fingertip") == DERMIS_OK);
+    CHECK(dermis_run(scene, NULL, &below) == DERMIS_OK);
+    CHECK(dermis_result_get_trace(at_surface, DERMIS_FA1, DERMIS_MAX, &surface, &count) == DERMIS_OK);
+    CHECK(dermis_result_get_trace(below, DERMIS_FA1, DERMIS_MAX, &deep, &count) == DERMIS_OK);
+    CHECK(deep[1] > 0 && deep[1] < 0.9 * surface[1]);
+    CHECK(dermis_result_get_report(below, &report) == DERMIS_OK);
+    CHECK(report.fine_load.value > 0 && report.fine_load.value < 1 && report.fine_load.greatest == 1);
+    dermis_result_destroy(at_surface);
+    dermis_result_destroy(below);
+    dermis_scene_destroy(scene);
+}
+
 static void runs(void) {
     dermis_scene* scene = scene_of(run_text);
     dermis_result* result = NULL;
@@ -173,6 +193,10 @@ static void runs(void) {
     REFUSED(dermis_result_get_field(result, DERMIS_SA1, NAN, &values, &count), "at of sa1 = nan");
     REFUSED(dermis_result_get_times(result, NULL, &count), "values = (null)");
     REFUSED(dermis_result_get_responses(result, &values, &count, NULL), "sites = (null)");
+    CHECK(isnan(report.fine_load.value)); /* without a spacing */
+    report.size = offsetof(dermis_report, fine_load);
+    report.fine_load.value = 7;
+    CHECK(dermis_result_get_report(result, &report) == DERMIS_OK && report.fine_load.value == 7); /* not touched */
     report.size = 0;
     REFUSED(dermis_result_get_report(result, &report), "report->size = 0; allowed: ");
     REFUSED(dermis_result_get_report(NULL, &report), "result = (null)");
@@ -523,6 +547,7 @@ int main(void) {
     scenes();
     files();
     maps();
+    depths();
     runs();
     sites();
     for (int device = 0; device < 2; ++device) {

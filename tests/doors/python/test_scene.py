@@ -102,6 +102,19 @@ def test_sites_may_be_lengths_with_their_unit():
     assert str(error) == "sites = '3 mm'; allowed: whole cells: the grid has no spacing"
 
 
+def test_one_word_lays_receptors_as_deep_as_in_a_fingertip():
+    tip = dermis.fingertip(receptors={"depth": "fingertip"})
+    depths = {"sa1": 3e-4, "sa2": 1.1e-3, "fa1": 5e-4, "fa2": 2e-3}
+    assert tip.receptors.depth == depths
+    for same in (dermis.Receptors(depth="fingertip"), dermis.Receptors(depth=depths), tip.receptors):
+        assert dermis.fingertip(receptors=same) == tip
+    assert dermis.Scene.from_string(tip.to_toml()) == tip
+    assert str(refused(dermis.fingertip, receptors={"depth": "thumb"})) == (
+        'receptors.depth = \'thumb\'; allowed: "fingertip", or a table of depths')
+    plan = dermis.plan(tip)
+    assert 0 < plan.fine_load < 1 and plan.fine_load == dermis.run(tip).report().fine_load.value
+
+
 def test_maps_of_another_type_or_shape_are_refused_by_name():
     error = refused(dermis.Scene, TABLES, surface={"path": np.ones((9, 12), complex)})
     assert error.parameter == "surface.path"
