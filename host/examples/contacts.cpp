@@ -22,6 +22,7 @@ int main() {
     description.material.viscosity = 5e3;
     description.material.thickness = 1e-3;
     description.material.curvature_length = 1e-5;
+    description.receptors.depth = dermis::fingertip_depths(); // where receptors feel what presses beside them too
     dermis::Skin skin(dermis::Device::cpu(1), description);
 
     std::vector<float> pressure(size_t(width) * height);

@@ -60,7 +60,7 @@ static int grip(dermis_skin* skin) {
 }
 
 int main(void) {
-    const char* text = "preset = \"fingertip\"\n[grid]\nwidth = 160\nheight = 120\n";
+    const char* text = "preset = \"fingertip\"\nreceptors.depth = \"fingertip\"\n[grid]\nwidth = 160\nheight = 120\n";
     const dermis_skin_options options = {
         .size = sizeof options, .count = pads, .responses = DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1)};
     dermis_device* device = NULL;

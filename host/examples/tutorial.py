@@ -32,9 +32,11 @@ plan = dermis.plan(scene)
 print(f"{plan.chosen.model} in {plan.chosen.precision}, of {len(plan.candidates)} candidates")
 
 # %% A skin in metres, with numbers that were measured, and whether a run's numbers are plausible for skin.
-report = dermis.run(dermis.fingertip(load={"intensity": 2e4}, time={"duration": 0.5})).report()
+touch = dermis.fingertip(load={"intensity": 2e4}, receptors={"depth": "fingertip"}, time={"duration": 0.5})
+report = dermis.run(touch).report()
 print(f"strain {report.strain.value:.2f}, outside its range: {report.strain.outside}")
 print(f"indentation {report.indentation.value * 1e3:.2f} mm, outside its range: {report.indentation.outside}")
+print(f"finer than receptors lie deep: {report.fine_load.value:.0%} of the load")
 
 # %% A simulator presses frame by frame: here four pads of 20 x 25 taxels at 1 kHz. The response is the same memory
 # after every press, so that it is asked for once.
