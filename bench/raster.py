@@ -33,10 +33,8 @@ curvature_length = 0
 kind = "sequence"
 path = "frames.npy"
 interval = {INTERVAL}
-[receptors.depth]
-sa1 = "0.3 mm"
-fa1 = "0.5 mm"
-fa2 = "2 mm"
+[receptors]
+depth = "fingertip"
 [sites]
 density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
 [[afferents]] # sensitive afferents: bench/evidence/afferents.csv

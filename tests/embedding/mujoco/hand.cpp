@@ -23,6 +23,7 @@ constexpr double ball = 6e-3, modulus = 1e5;                   // the ball's rad
 dermis::Skin skin_of_tips() {
     dermis::SkinDescription d = dermis::fingertip();
     d.grid = {.width = side, .height = side, .spacing = spacing};
+    d.receptors.depth = dermis::fingertip_depths();
     dermis::SkinOptions options;
     options.count = tips;
     options.shear = true;

@@ -19,7 +19,8 @@ class HandSkin:
     """The skin of five fingertips: `feel` presses it with the contacts of a step."""
 
     def __init__(self, model):
-        scene = dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": SPACING}, surface={"kind": "flat"})
+        scene = dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": SPACING}, surface={"kind": "flat"},
+                                 receptors={"depth": "fingertip"})
         self.skin = dermis.Skin(scene, count=TIPS, shear=True)
         self.touch = contact.Touch(self.skin, reach=1e-3, radius_x=RADIUS, radius_y=RADIUS, shear=True)
         self.sites = [model.site(f"skin{k}").id for k in range(TIPS)]  # the pads' middles, z out of the skin
