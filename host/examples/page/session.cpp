@@ -28,21 +28,20 @@ SkinDescription description(const Settings& s) {
         element.modulus *= compliance * s.modulus;
         element.viscosity *= compliance * s.modulus;
     }
+    d.receptors.depth = fingertip_depths();
     d.receptors.sa2_adaptation = 2; // s: a plain integral would grow for ever
     return d;
 }
 
 // The afferents of a fingertip. bench/evidence/afferents.csv has the gains of a median afferent of each class, and a
-// factor, threshold_gain. SA1 and FA1 afferents have their gains multiplied by this factor, which makes them as
-// sensitive as the afferents whose thresholds were measured. FA2 afferents have the median gains alone: they lie
-// deeper, where less of a pressure acts than on the cells here.
+// factor, threshold_gain, which makes them as sensitive as the afferents whose thresholds were measured.
 std::vector<Afferents> afferents(const Grid& grid) {
     struct Kind {
         Quantity type;
         double gain;
     };
     std::vector<Afferents> all;
-    for (const Kind& kind : {Kind{Quantity::sa1, 13.22}, Kind{Quantity::fa1, 1.415}, Kind{Quantity::fa2, 1}}) {
+    for (const Kind& kind : {Kind{Quantity::sa1, 13.22}, Kind{Quantity::fa1, 1.415}, Kind{Quantity::fa2, 23.16}}) {
         all.push_back({.type = kind.type, .model = afferent_model(kind.type)});
         for (auto& gains : all.back().model->gains)
             for (double& gain : gains) gain *= kind.gain;
