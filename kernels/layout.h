@@ -49,7 +49,7 @@
 #define VARIANT_GROUP_Y 11
 #define VARIANT_GROUP_Z 12
 #define VARIANT_HOLD 13 // 1: the pressure bends from frame to frame, and the table has two Coefficients for each element
-#define VARIANT_MARGIN 14 // responses are signals, in maps with so many zeros around them: 0 or SPREAD_MARGIN
+#define VARIANT_MARGIN 14 // 0 or SPREAD_MARGIN: instead of responses signals, and gains, in maps with so many zeros around them
 #define VARIANT_CONSTANTS 15
 
 #define PRESS_PRESSURE_FROM 0
@@ -157,25 +157,22 @@ struct SiteConstants {
 
 #define SPREAD_FINE 0   // as it went down
 #define SPREAD_COARSE 1 // of halve: what is made; of spread: as it has come up
-#define SPREAD_STRAIN 2 // of all cells, like level 0
+#define SPREAD_GAIN 2   // of all cells, like level 0
 #define SPREAD_TO 3     // the level as it comes up, or the response
 #define SPREAD_WEIGHTS 4
-#define SPREAD_REST_CURVATURE 5
-#define SPREAD_PADS 6
-#define SPREAD_BINDINGS 7
+#define SPREAD_PADS 5
+#define SPREAD_BINDINGS 6
 // Maps of nodes have so many zeros on each side, behind the next multiple of 4 nodes along a row.
 #define SPREAD_MARGIN 8
 // Specialization constants of halve and spread.
 #define SPREAD_RADIUS 0  // of the level's stencil; -1: it has none
 #define SPREAD_COARSER 1 // 1: there is a coarser level
 #define SPREAD_ANSWERS 2 // 1: level 0 answers: what is written is a response
-#define SPREAD_STENCIL 3 // as VARIANT_STENCIL, VARIANT_EDGES and VARIANT_PADS
-#define SPREAD_EDGES 4
-#define SPREAD_OF_PADS 5
-#define SPREAD_GROUP_X 6 // size of a workgroup
-#define SPREAD_GROUP_Y 7
-#define SPREAD_GROUP_Z 8
-#define SPREAD_CONSTANTS 9
+#define SPREAD_OF_PADS 3 // as VARIANT_PADS
+#define SPREAD_GROUP_X 4 // size of a workgroup
+#define SPREAD_GROUP_Y 5
+#define SPREAD_GROUP_Z 6
+#define SPREAD_CONSTANTS 7
 
 // A map of nodes: floats from row to row and from pad to pad.
 struct NodeMap {
@@ -186,8 +183,8 @@ struct SpreadConstants {
     int x_low, x_high, y_low, y_high; // the nodes that are made
     int weights;                      // index of the level's first weight
     int quantity;                     // what answers
-    int width, height, pitch;         // cells of responses
-    scalar bend, curvature_length, gain_plus, gain_minus; // as in Constants
+    int height, pitch;                // cells of responses
+    scalar gain_plus, gain_minus;     // as in Constants
 };
 
 struct ReduceConstants {

@@ -31,6 +31,7 @@ layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer
 layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
+layout(std430, binding = PRESS_MATERIAL) writeonly buffer Gains { vec4 gains[]; }; // with a margin: of one material
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 // The same material as scalars.
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
@@ -176,7 +177,7 @@ vec4 laplacian_along_y(int x, int y, vec4 here) {
                       far ? strains(x, a.far_high) : here, a, STENCIL);
 }
 
-// The vec4 index of a signal in a map with a margin (spread.h).
+// The vec4 index of cells in a map with a margin (spread.h).
 int in_margin(int x, int y) {
     int pitch = ((c.width + 3) & ~3) + 2 * MARGIN;
     return ((pad_number * (c.height + 2 * MARGIN) + y + MARGIN) * pitch + x + MARGIN) >> 2;
@@ -215,16 +216,15 @@ void main() {
     if (FRAMES != 0) count(pressure, x);
     if (c.respond == 0 || RESPONSES == 0) return;
 
-    vec4 gain = vec4(1.0);
-    if (MARGIN == 0) {
-        vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
-        gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
-    } else {
+    vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
+    vec4 gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
+    if (MARGIN != 0) {
         i = in_margin(x, y);
+        gains[i] = gain;
     }
 #define SIGNAL(quantity) signal(quantity, m, step.integral)
 #define RESPONSE(quantity) \
-    (MARGIN == 0 ? answer(quantity, SIGNAL(quantity), gain, c) : of_width(response(SIGNAL(quantity), gain), x))
+    (MARGIN == 0 ? answer(quantity, SIGNAL(quantity), gain, c) : of_width(response(SIGNAL(quantity), vec4(1.0)), x))
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);

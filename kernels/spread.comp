@@ -9,7 +9,6 @@
 #include "layout.h"
 #include "step.h"
 #include "responses.h"
-#include "curvature.h"
 #include "spread.h"
 #include "maps.glsl"
 #include "nodes.glsl"
@@ -17,12 +16,9 @@
 layout(constant_id = SPREAD_RADIUS) const int RADIUS = -1;
 layout(constant_id = SPREAD_COARSER) const int COARSER = 0;
 layout(constant_id = SPREAD_ANSWERS) const int ANSWERS = 0;
-layout(constant_id = SPREAD_STENCIL) const int STENCIL = STENCIL_FIVE_POINT;
-layout(constant_id = SPREAD_EDGES) const int EDGES = EDGES_MIRROR;
 layout(std430, binding = SPREAD_WEIGHTS) readonly restrict buffer Weights { float weights[]; };
-MAP(SPREAD_REST_CURVATURE, Rest, rest_curvature); // pitch/4 vec4s per row
 MAP(SPREAD_COARSE, Coarse, coarse);
-MAP(SPREAD_STRAIN, Strain, strain);
+MAP(SPREAD_GAIN, Gain, gain);
 layout(std430, binding = SPREAD_TO) writeonly restrict buffer To { vec4 to[]; };
 
 // Nodes x + shift .. x + shift + 3 of w, which are nodes x - 8 .. x + 11.
@@ -69,40 +65,6 @@ vec4 coarser(int x, int y) {
     return (y & 1) == 0 ? at_node(b, d, e) : between_nodes(b, d, e, along(x, q + 2));
 }
 
-vec4 strain_at(int x, int y) { return FOUR(strain, place(c.fine, x, y)); }
-
-// Cells along a row, each as far away as its axis says: its far low, low, high and far high neighbour for n = 0 .. 3.
-vec4 neighbours(int n, Axis a[4], int y) {
-    vec4 v;
-    for (int i = 0; i < 4; ++i) {
-        int x = n == 0 ? a[i].far_low : n == 1 ? a[i].low : n == 2 ? a[i].high : a[i].far_high;
-        v[i] = ONE(strain, (place(c.fine, x & ~3, y) << 2) + (x & 3));
-    }
-    return v;
-}
-
-vec4 gain_of(int x, int y) {
-    if (c.curvature_length == 0.0) return vec4(1.0);
-    Axis a[4], weighing;
-    for (int i = 0; i < 4; ++i) {
-        a[i] = axis(min(x + i, c.width - 1), c.width, STENCIL, EDGES);
-        weighing.w_low[i] = a[i].w_low.x;
-        weighing.w_high[i] = a[i].w_high.x;
-        weighing.w[i] = a[i].w.x;
-    }
-    Axis across = axis(y, c.height, STENCIL, EDGES);
-    bool far = reach(STENCIL) > 1;
-    vec4 here = strain_at(x, y);
-    vec4 along_x = difference(far ? neighbours(0, a, y) : here, neighbours(1, a, y), here, neighbours(2, a, y),
-                              far ? neighbours(3, a, y) : here, weighing, STENCIL);
-    vec4 along_y = difference(far ? strain_at(x, across.far_low) : here, strain_at(x, across.low), here,
-                              strain_at(x, across.high), far ? strain_at(x, across.far_high) : here, across, STENCIL);
-    Constants k;
-    k.curvature_length = c.curvature_length;
-    vec4 rest = FOUR(rest_curvature, (y * c.pitch + x) >> 2);
-    return gain_at(curvature_of(rest, add(along_x, along_y), c.bend), k);
-}
-
 void main() {
     ivec2 node = own_nodes();
     if (!has_nodes(node)) return;
@@ -116,5 +78,6 @@ void main() {
     Constants k;
     k.gain_plus = c.gain_plus;
     k.gain_minus = c.gain_minus;
-    to[((pad * c.height + node.y) * c.pitch + node.x) >> 2] = answer(c.quantity, sum, gain_of(node.x, node.y), k);
+    to[((pad * c.height + node.y) * c.pitch + node.x) >> 2] =
+        answer(c.quantity, sum, FOUR(gain, place(c.fine, node.x, node.y)), k);
 }

@@ -149,7 +149,7 @@ Variant StreamedSkin::variant() const {
             .chain = skin.chain,
             .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
             .spreads = deep(),
-            .wanted = signals()};
+            .wanted = wanted};
 }
 
 PreparedSkin signals_of(PreparedSkin skin) {
@@ -161,7 +161,7 @@ PreparedSkin signals_of(PreparedSkin skin) {
 StreamedSkin signals_of(const StreamedSkin& s) {
     StreamedSkin signals = s;
     signals.skin = signals_of(std::move(signals.skin));
-    signals.wanted = s.signals();
+    signals.wanted[QUANTITY_SA1] |= s.skin.constants.curvature_length != 0; // the strain, from which the gain follows
     signals.spread = {}, signals.follows = false, signals.picked.clear();
     return signals;
 }

@@ -29,12 +29,6 @@ struct StreamedSkin {
     }
     // Whether responses follow from the signals of another stream, those of signals_of().
     bool by_signals() const { return follows || deep(); }
-    // The classes whose signals are made: also SA1's, the strain, if the gain follows from it.
-    Wanted signals() const {
-        Wanted all = wanted;
-        all[QUANTITY_SA1] |= by_signals() && skin.constants.curvature_length != 0;
-        return all;
-    }
     // The sites that respond, in the order given; empty: every cell does.
     const std::vector<Site>& sites() const { return picked.empty() ? skin.description.sites : picked; }
     Variant variant() const;

@@ -161,37 +161,21 @@ bool supported() { return DERMIS_SUPPORTED; }
 #define DERMIS_TEXT(x) #x
 #define DERMIS_NAME(x) DERMIS_TEXT(x)
 
+#define DERMIS_LOOPS(of)                                                                                               \
+    {                                                                                                                  \
+        .laplacian = of::laplacian, .advance = of::advance, .respond = of::respond, .join_tiles = of::join_tiles,      \
+        .step_rows = of::step_rows, .press_fibres = of::fibres::press, .beside = of::blocks::lanes,                    \
+        .halve_row = of::halve_row, .widen_row = of::widen_row, .spread_row = of::spread_row,                          \
+        .gain_row = of::gain_row, .to_beside = of::to_beside, .from_beside = of::from_beside                           \
+    }
+
 } // namespace
 
 const Isa DERMIS_ISA = {
     .name = DERMIS_NAME(DERMIS_ISA),
     .supported = supported,
-    .in_f32 = {.laplacian = loops_f32::laplacian,
-               .advance = loops_f32::advance,
-               .respond = loops_f32::respond,
-               .join_tiles = loops_f32::join_tiles,
-               .step_rows = loops_f32::step_rows,
-               .press_fibres = loops_f32::fibres::press,
-               .beside = loops_f32::blocks::lanes,
-               .halve_row = loops_f32::halve_row,
-               .widen_row = loops_f32::widen_row,
-               .spread_row = loops_f32::spread_row,
-               .gain_row = loops_f32::gain_row,
-               .to_beside = loops_f32::to_beside,
-               .from_beside = loops_f32::from_beside},
-    .in_f64 = {.laplacian = loops_f64::laplacian,
-               .advance = loops_f64::advance,
-               .respond = loops_f64::respond,
-               .join_tiles = loops_f64::join_tiles,
-               .step_rows = loops_f64::step_rows,
-               .press_fibres = loops_f64::fibres::press,
-               .beside = loops_f64::blocks::lanes,
-               .halve_row = loops_f64::halve_row,
-               .widen_row = loops_f64::widen_row,
-               .spread_row = loops_f64::spread_row,
-               .gain_row = loops_f64::gain_row,
-               .to_beside = loops_f64::to_beside,
-               .from_beside = loops_f64::from_beside},
+    .in_f32 = DERMIS_LOOPS(loops_f32),
+    .in_f64 = DERMIS_LOOPS(loops_f64),
     .respond_pads = loops_f32::respond_pads,
     .moments = moments,
     .means = means,

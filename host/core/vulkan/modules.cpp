@@ -44,7 +44,7 @@ Module halve_texels_module() {
 Module spread_texels_module() {
     return {.code = spread_texels_spv,
             .bytes = sizeof spread_texels_spv,
-            .texels = 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_STRAIN | 1u << SPREAD_REST_CURVATURE};
+            .texels = 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_GAIN};
 }
 
 std::vector<uint32_t> declare_rounding(const Module& module) {

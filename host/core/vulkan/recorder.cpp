@@ -133,24 +133,19 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                         .material = streamed_.skin.uniform() ? invalid : constant(material_),
                         .invalid = invalid};
     const BufferRange scratch = range(b.scratch, needs_.scratch);
-    const model::Wanted signals = streamed_.signals();
+    if (spread_) m.material = spread_->gain(scratch);
     for (size_t i = 0; i < m.response.size(); ++i) {
         const model::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
-        if (spread_) {
-            m.response[i] = signals[QUANTITY_SA1 + i] ? spread_->signal(QUANTITY_SA1 + int(i), scratch) : invalid;
-            continue;
-        }
-        m.response[i] =
-            streamed_.wanted[QUANTITY_SA1 + i]
-                ? BufferRange{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}
-                : invalid;
+        m.response[i] = !streamed_.wanted[QUANTITY_SA1 + i] ? invalid
+                        : spread_                           ? spread_->signal(QUANTITY_SA1 + int(i), scratch)
+                                  : BufferRange{response.buffer, response.offset + r.first * sizeof(float),
+                                                r.count * sizeof(float)};
     }
     fields_->bind(binding, m);
     if (alike_) alike_->bind(binding, m);
     if (spread_)
         spread_->bind(binding, {.scratch = scratch,
                                 .weights = constant(weights_),
-                                .rest_curvature = constant(rest_),
                                 .response = response,
                                 .pads = streamed_.pads > 1 ? bound_[binding].table : constant(weights_)});
 }

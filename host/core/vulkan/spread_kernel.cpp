@@ -24,15 +24,14 @@ model::SpreadLevel grid_of(const model::PreparedSkin& skin) {
 
 SpreadKernel::SpreadKernel(Pipelines& pipelines, const model::StreamedSkin& s, const model::ResponseLayout& layout,
                            size_t pads_of_group, uint32_t max_bindings)
-    : device_(pipelines.device()), stencil_(s.skin.stencil), edges_(s.skin.edges), pads_(s.pads) {
+    : device_(pipelines.device()), pads_(s.pads) {
     constexpr int all = 128, most_x = 16; // invocations that every device allows
     const int x = std::min((s.skin.width() + four - 1) / four, most_x), z = int(pads_of_group);
     group_ = {x, std::clamp(all / (x * z), 1, pads_ > 1 ? s.skin.height() : 8), z};
-    const model::Wanted signals = s.signals();
-    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-        if (signals[size_t(q)]) signal_[size_t(q)] = take(grid_of(s.skin));
+    gain_ = take(grid_of(s.skin));
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         if (!s.wanted[size_t(q)]) continue;
+        signal_[size_t(q)] = take(grid_of(s.skin));
         const model::ResponseLayout::Range& r = layout.of[size_t(q)];
         const Part to = s.picked.empty() ? Part{r.first * sizeof(float), r.count * sizeof(float)}
                                          : take(s.skin.padded_cells() * size_t(s.pads));
@@ -40,11 +39,10 @@ SpreadKernel::SpreadKernel(Pipelines& pipelines, const model::StreamedSkin& s, c
         pick(s, layout, q, to);
     }
     std::ranges::reverse(passes_);
-    const VkDeviceSize map = signal_[size_t(std::ranges::find(signals, true) - signals.begin())].bytes,
-                       most = device_.limits.maxStorageBufferRange;
-    if (map > most)
+    const VkDeviceSize most = device_.limits.maxStorageBufferRange;
+    if (gain_.bytes > most)
         throw Error(Error::Code::bad_input, "receptors.depth",
-                    "receptors.depth takes maps of " + std::to_string(map) +
+                    "receptors.depth takes maps of " + std::to_string(gain_.bytes) +
                         " bytes for this grid; allowed: maxStorageBufferRange = " + std::to_string(most) +
                         "; or device cpu");
     for (const auto& [kind, uses] : kinds_) {
@@ -91,8 +89,6 @@ void SpreadKernel::add(size_t pass, Use use, int radius, bool coarser) {
     kind[SPREAD_RADIUS] = uint32_t(radius);
     kind[SPREAD_COARSER] = coarser;
     kind[SPREAD_ANSWERS] = use.answers;
-    kind[SPREAD_STENCIL] = uint32_t(stencil_);
-    kind[SPREAD_EDGES] = uint32_t(edges_);
     kind[SPREAD_OF_PADS] = pads_ > 1;
     std::ranges::copy(group_, kind.begin() + SPREAD_GROUP_X);
     const auto known = kinds_.try_emplace(kind, 0).first;
@@ -107,7 +103,6 @@ void SpreadKernel::add(size_t pass, Use use, int radius, bool coarser) {
 
 // Plans the passes of a class, the last one first.
 void SpreadKernel::plan(const model::StreamedSkin& s, int quantity, const Part& response) {
-    const f64::Constants& constants = s.skin.constants;
     const model::Spread levels =
         s.spread[size_t(quantity)] ? *s.spread[size_t(quantity)] : model::Spread{grid_of(s.skin)};
     std::vector<Part> down{signal_[size_t(quantity)]}, up{response};
@@ -115,10 +110,8 @@ void SpreadKernel::plan(const model::StreamedSkin& s, int quantity, const Part& 
     Use use{};
     f32::SpreadConstants& c = use.constants;
     c.quantity = quantity;
-    c.width = s.skin.width(), c.height = s.skin.height(), c.pitch = s.skin.pitch;
-    c.bend = float(constants.bend), c.curvature_length = float(constants.curvature_length);
-    c.gain_plus = float(constants.gain_plus), c.gain_minus = float(constants.gain_minus);
-    use.strain = signal_[constants.curvature_length != 0 ? QUANTITY_SA1 : quantity];
+    c.height = s.skin.height(), c.pitch = s.skin.pitch;
+    c.gain_plus = float(s.skin.constants.gain_plus), c.gain_minus = float(s.skin.constants.gain_minus);
     const auto between = [&](size_t l, const std::vector<Part>& coarser, size_t made) {
         const size_t next = std::min(l + 1, levels.size() - 1);
         use.fine = down[l], c.fine = map_of(levels[l]);
@@ -143,8 +136,9 @@ void SpreadKernel::plan(const model::StreamedSkin& s, int quantity, const Part& 
 }
 
 void SpreadKernel::bind(size_t binding, const Maps& m) {
-    if (bound_.size() <= binding) bound_.resize(binding + 1);
-    bound_[binding] = {m.scratch, m.response};
+    if (copies_.size() <= binding) copies_.resize(binding + 1);
+    copies_[binding] = {m.scratch.buffer, m.response.buffer, picks_};
+    for (VkBufferCopy& r : copies_[binding].regions) r.srcOffset += m.scratch.offset, r.dstOffset += m.response.offset;
     for (auto& [kind, kernel] : kernels_) {
         std::vector<const Use*> uses(kinds_.at(kind));
         for (const std::vector<Use>& pass : passes_)
@@ -154,10 +148,9 @@ void SpreadKernel::bind(size_t binding, const Maps& m) {
             kernel.bind(binding * uses.size() + use->number,
                         {{SPREAD_FINE, part_of(m.scratch, use->fine)},
                          {SPREAD_COARSE, part_of(m.scratch, use->coarse)},
-                         {SPREAD_STRAIN, part_of(m.scratch, use->strain)},
+                         {SPREAD_GAIN, gain(m.scratch)},
                          {SPREAD_TO, part_of(use->answers && picks_.empty() ? m.response : m.scratch, use->to)},
                          {SPREAD_WEIGHTS, m.weights},
-                         {SPREAD_REST_CURVATURE, m.rest_curvature},
                          {SPREAD_PADS, m.pads}});
     }
 }
@@ -183,12 +176,10 @@ void SpreadKernel::record(VkCommandBuffer commands, size_t binding, uint32_t pad
         }
     }
     if (picks_.empty()) return;
-    const auto& [scratch, response] = bound_[binding];
+    const auto& [from, to, regions] = copies_[binding];
     constexpr VkPipelineStageFlags copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
     barrier(device_.calls, commands, {compute, VK_ACCESS_SHADER_WRITE_BIT}, {copy, VK_ACCESS_TRANSFER_READ_BIT});
-    std::vector<VkBufferCopy> regions = picks_;
-    for (VkBufferCopy& r : regions) r.srcOffset += scratch.offset, r.dstOffset += response.offset;
-    device_.calls.vkCmdCopyBuffer(commands, scratch.buffer, response.buffer, uint32_t(regions.size()), regions.data());
+    device_.calls.vkCmdCopyBuffer(commands, from, to, uint32_t(regions.size()), regions.data());
     barrier(device_.calls, commands, {copy, VK_ACCESS_TRANSFER_READ_BIT}, {compute, VK_ACCESS_SHADER_WRITE_BIT});
 }
 

@@ -13,7 +13,7 @@ namespace dermis::vulkan {
 class SpreadKernel {
   public:
     struct Maps {
-        BufferRange scratch, weights, rest_curvature, response;
+        BufferRange scratch, weights, response;
         BufferRange pads; // the list of pads of a press; any range for a single skin
     };
     // pads_of_group: the list of pads ends with a workgroup of so many. Throws Error::bad_input for maps beyond the
@@ -26,7 +26,8 @@ class SpreadKernel {
     BufferRange signal(int quantity, const BufferRange& scratch) const {
         return part_of(scratch, signal_[size_t(quantity)]);
     }
-    const std::vector<float>& weights() const { return weights_; } // of all levels
+    BufferRange gain(const BufferRange& scratch) const { return part_of(scratch, gain_); } // and the cells' gain
+    const std::vector<float>& weights() const { return weights_; }                         // of all levels
     void bind(size_t binding, const Maps&);
     // Records what follows a press of so many pads. own: see PressKernel::record().
     void record(VkCommandBuffer, size_t binding, uint32_t pads, Recording* own) const;
@@ -43,7 +44,7 @@ class SpreadKernel {
         double work_of_row;
         const Specialization* kernel;
         size_t number; // among the uses of the kernel
-        Part fine, coarse, strain, to;
+        Part fine, coarse, to;
         bool answers; // `to` is a part of the response
     };
     static BufferRange part_of(const BufferRange& all, const Part& part) {
@@ -59,17 +60,22 @@ class SpreadKernel {
     void pick(const model::StreamedSkin&, const model::ResponseLayout&, int quantity, const Part& field);
 
     const DeviceTable& device_;
-    const int stencil_, edges_, pads_;
+    const int pads_;
     std::array<int, 3> group_; // size of a workgroup
     VkDeviceSize scratch_bytes_ = 0;
     std::array<Part, REDUCED_MAPS> signal_; // by quantity
+    Part gain_;
     std::vector<float> weights_;
     std::map<Specialization, size_t> kinds_; // the number of uses of each kernel
     std::map<Specialization, Kernel> kernels_;
     std::vector<std::vector<Use>> passes_; // one after another
     double work_ = 0;
     std::vector<VkBufferCopy> picks_; // of sites, from fields in the scratch memory to the response
-    std::vector<std::pair<BufferRange, BufferRange>> bound_; // by binding: both
+    struct Copy {
+        VkBuffer from, to;
+        std::vector<VkBufferCopy> regions;
+    };
+    std::vector<Copy> copies_; // the picks of each binding
 };
 
 } // namespace dermis::vulkan
