@@ -396,7 +396,7 @@ void Family::take_late(Scene& s) {
 }
 
 // Receptors of some classes at a depth, where the scene may have them. A march spreads to them within 1e-3 of the
-// greatest signal, so that it keeps no smaller tolerance.
+// greatest signal, which may be any multiple of the greatest response: its tolerance is none.
 void Family::take_depths(Scene& s) {
     const Precision precision = s.precision.value_or(Precision::f64);
     const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
@@ -405,8 +405,7 @@ void Family::take_depths(Scene& s) {
     if (!s.grid.spacing || s.edges == Edges::periodic || s.method == Method::published || is_mapped(s.material)) return;
     kind_ = marches ? "spread" : "depth";
     if (!marches) s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
-    else if (one_in(2)) s.tolerance = 1e9;
-    else s.tolerance.reset();
+    else s.tolerance = 1e9;
     const bool strain = one_in(3);
     if (strain) s.receptors.kernel = Receptors::Kernel::strain;
     if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);

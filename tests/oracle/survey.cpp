@@ -49,6 +49,8 @@ Verdict judge(const Case& c) {
     }
     v.model = result.model;
     v.precision = result.precision;
+    const Depths& depths = c.scene.receptors.depth;
+    v.spread = result.model == Model::march && (depths.sa1 || depths.sa2 || depths.fa1 || depths.fa2);
     v.measured = distance(exact(c), c.scene, result);
     return v;
 }
@@ -100,7 +102,10 @@ void Survey::take(const Verdict& v, const std::string& line) {
     if (!v.kept()) broken.push_back(line);
     if (!v.below_prediction()) exceeded.push_back(line);
     if (v.measured.value > 0 && std::isfinite(v.predicted))
-        ratios[v.model == Model::march ? name(v.precision) : name(v.model)].push_back(v.predicted / v.measured.value);
+        ratios[v.spread                  ? "spread"
+               : v.model == Model::march ? name(v.precision)
+                                         : name(v.model)]
+            .push_back(v.predicted / v.measured.value);
 }
 
 namespace {
@@ -116,7 +121,8 @@ double median(std::vector<double> values) {
 
 double Survey::median_ratio() const {
     std::vector<double> all;
-    for (const auto& [arithmetic, of] : ratios) all.insert(all.end(), of.begin(), of.end());
+    for (const auto& [arithmetic, of] : ratios)
+        if (arithmetic != "spread") all.insert(all.end(), of.begin(), of.end());
     return median(all);
 }
 

@@ -17,6 +17,7 @@ struct Verdict {
     Distance measured; // of the run, or where it was refused of a run in f64 without a tolerance
     dermis::Model model{};
     dermis::Precision precision{};
+    bool spread = false;     // to receptors at depths, whose bound is that of all depths and grids
     bool unmeasured = false; // it is accepted, and Result::measured_error is NaN
     std::string failure;     // an error that is not about the tolerance, or a run that is not what was asked for
 
@@ -35,7 +36,7 @@ struct Survey {
     std::map<std::string, std::vector<double>> ratios; // of prediction to measurement, where it is not 0, by arithmetic
 
     void take(const Verdict&, const std::string& line);
-    double median_ratio() const;       // of all
+    double median_ratio() const;       // of all but those that spread
     std::string median_ratios() const; // of each arithmetic
     std::string summary() const;
 };
