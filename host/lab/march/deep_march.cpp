@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/march/deep_march.hpp"
-
+// The march of a skin whose receptors lie at depths: a backend marches the signals of the surface. At the end of a step
+// that is sampled or read they are spread on the host, and answer.
 #include "host/core/cpu/spreading.hpp"
+#include "host/lab/march/march.hpp"
 
 namespace dermis::model {
 namespace {
@@ -10,7 +11,7 @@ template <class K> class DeepMarch : public March {
   public:
     using real = typename K::real;
 
-    DeepMarch(Backend& backend, const MarchPlan& plan, const HalfSpaces& half_space)
+    DeepMarch(Backend& backend, const MarchPlan& plan, const HalfSpaces& spaces)
         : points_(plan.points), surface_(signals_of(plan.skin)), signals_(backend.march({.skin = surface_,
                                                                                          .variant = plan.variant,
                                                                                          .precision = plan.precision,
@@ -18,13 +19,11 @@ template <class K> class DeepMarch : public March {
                                                                                          .pressure = plan.pressure,
                                                                                          .points = plan.points,
                                                                                          .keeps_maps = true})),
-          spreading_(plan.skin, classes_of(plan, half_space), size_t(surface_.pitch), 1, true, backend.threads(),
-                     simd::best()),
-          rest_(size_t(surface_.pitch)) {
+          spreading_(plan.skin, classes_of(plan, spaces), pitch(), 1, true, backend.threads(), simd::best()),
+          rest_(pitch()), tiles_(size_t(surface_.height()) * size_t(surface_.tiles)) {
         for (const auto& c : spreading_.classes()) {
             read_.push_back(Quantity(c.quantity));
             to_.push_back(maps_.emplace_back(surface_.padded_cells()).data());
-            tiles_.emplace_back(size_t(surface_.height()) * size_t(surface_.tiles));
         }
         read_.push_back(Quantity::strain);
     }
@@ -36,10 +35,7 @@ template <class K> class DeepMarch : public March {
         const bool none_waits = signals_->press(step);
         if (!step.sample) return none_waits;
         spread(); // the sample then has strains and signals
-        take_totals(*step.sample);
-        for (size_t i = 0; i < to_.size(); ++i)
-            for (size_t p = 0; p < points_.size(); ++p)
-                step.sample->points[size_t(read_[i]) * points_.size() + p] = double(to_[i][number_of(points_[p])]);
+        for (size_t i = 0; i < to_.size(); ++i) take(size_t(read_[i]), to_[i], *step.sample);
         return true;
     }
 
@@ -64,57 +60,54 @@ template <class K> class DeepMarch : public March {
         return classes;
     }
 
-    size_t number_of(Cell c) const { return size_t(c.y) * size_t(surface_.pitch) + size_t(c.x); }
+    size_t pitch() const { return size_t(surface_.pitch); }
 
     // Spreads the signals at the end of the last step, unless they are.
     void spread() {
         if (std::exchange(spread_, true)) return;
-        const std::vector<const void*> views = signals_->maps(read_);
         std::vector<const real*> from;
-        for (const void* view : views) from.push_back(static_cast<const real*>(view));
+        for (const void* map : signals_->maps(read_)) from.push_back(static_cast<const real*>(map));
         strain_ = from.back();
-        spreading_.spread({}, from.data(), to_.data(), from.back());
+        spreading_.spread({}, from.data(), to_.data(), strain_);
     }
 
-    // By the loop that answers rows: where the skin is flat and nothing gains, it leaves responses as they are.
-    void take_totals(Sample& sample) {
-        const simd::Loops<K>& loops = simd::best().of<K>();
-        const auto constants = constants_of<K>(surface_, surface_.whole());
+    // Takes total and points of a response. The total is that of the loop which answers rows: where the skin is flat
+    // and nothing gains, this leaves responses as they are.
+    void take(size_t q, const real* map, Sample& sample) {
         simd::RespondArguments<K> r{};
         r.last = surface_.width();
         r.strain = simd::neighbours<real>(0, r.last, surface_.height(), surface_.stencil, surface_.edges,
                                           [this](int) { return rest_.data(); });
         r.rest_curvature = rest_.data();
         std::ranges::fill(r.signal, rest_.data());
-        for (int y = 0; y < surface_.height(); ++y) {
-            for (size_t i = 0; i < to_.size(); ++i) {
-                r.signal[size_t(read_[i]) - QUANTITY_SA1] = to_[i] + number_of({0, y});
-                r.tiles[size_t(read_[i])] = tiles_[i].data() + size_t(y) * size_t(surface_.tiles);
-            }
-            loops.respond(r, constants);
+        for (size_t y = 0; y < size_t(surface_.height()); ++y) {
+            r.signal[q - QUANTITY_SA1] = map + y * pitch();
+            r.tiles[q] = tiles_.data() + y * size_t(surface_.tiles);
+            simd::best().of<K>().respond(r, constants_of<K>(surface_, surface_.whole()));
         }
-        for (size_t i = 0; i < to_.size(); ++i)
-            sample.totals[size_t(read_[i])] = total_of<K>(tiles_[i].data(), tiles_[i].size(), surface_.cells());
+        sample.totals[q] = total_of<K>(tiles_.data(), tiles_.size(), surface_.cells());
+        for (size_t i = 0; i < points_.size(); ++i)
+            sample.points[q * points_.size() + i] = double(map[size_t(points_[i].y) * pitch() + size_t(points_[i].x)]);
     }
 
     const std::vector<Cell>& points_;
     const PreparedSkin surface_; // of the signals
     std::unique_ptr<March> signals_;
     cpu::Spreading<K> spreading_;
-    const std::vector<real> rest_;                        // a row of a flat skin at rest
-    std::vector<Quantity> read_;                          // each class, then the strain
-    std::vector<std::vector<real>> maps_;                 // responses of each class, rows a pitch apart
-    std::vector<real*> to_;                               // where they begin
-    std::vector<std::vector<typename K::Summary>> tiles_; // of each class
-    const real* strain_ = nullptr;                        // after spread(), until the next step
-    bool spread_ = false;                                 // the maps are those of the last step
+    const std::vector<real> rest_;           // a row of a flat skin at rest
+    std::vector<typename K::Summary> tiles_; // of one response
+    std::vector<Quantity> read_;             // each class, then the strain
+    std::vector<std::vector<real>> maps_;    // responses of each class, rows a pitch apart
+    std::vector<real*> to_;                  // where they begin
+    const real* strain_ = nullptr;           // after spread(), until the next step
+    bool spread_ = false;                    // the maps are those of the last step
 };
 
 } // namespace
 
-std::unique_ptr<March> deep_march(Backend& backend, const MarchPlan& plan, const HalfSpaces& half_space) {
-    if (plan.precision == Precision::f64) return std::make_unique<DeepMarch<f64>>(backend, plan, half_space);
-    return std::make_unique<DeepMarch<f32>>(backend, plan, half_space);
+std::unique_ptr<March> deep_march(Backend& backend, const MarchPlan& plan, const HalfSpaces& spaces) {
+    if (plan.precision == Precision::f64) return std::make_unique<DeepMarch<f64>>(backend, plan, spaces);
+    return std::make_unique<DeepMarch<f32>>(backend, plan, spaces);
 }
 
 } // namespace dermis::model

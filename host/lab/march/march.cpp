@@ -2,7 +2,6 @@
 #include "host/lab/march/march.hpp"
 
 #include "host/core/model/laplacian.hpp"
-#include "host/lab/march/deep_march.hpp"
 
 #include <deque>
 

@@ -18,6 +18,9 @@ namespace model {
 // The same on a backend, without a test of its bits.
 std::unique_ptr<Stepper> march(Backend&, const PreparedSkin&, const Schedule&, Precision, Stepper::Sink);
 
+// The march of a skin whose receptors lie at depths that spread.
+std::unique_ptr<March> deep_march(Backend&, const MarchPlan&, const HalfSpaces&);
+
 } // namespace model
 
 } // namespace dermis

@@ -377,27 +377,17 @@ Arithmetic arithmetic_of(Precision precision, bool separable, bool spread) {
             .stored = least};
 }
 
-// A few of these cells, for frames that press receptors at depths: the sums for one cell take as long as many of its
-// steps.
-static std::vector<Cell> few_of(const std::vector<Cell>& cells, const Schedule& schedule) {
-    std::vector<Cell> few(cells.begin(), cells.begin() + std::min(std::ptrdiff_t(cells.size()), std::ptrdiff_t(4)));
-    for (const auto& space : schedule.half_space)
-        if (space)
-            few.push_back(*std::ranges::max_element(
-                cells, {}, [&](const Cell& c) { return std::abs(space->at<double>(schedule.pressure, c)); }));
-    return few;
-}
-
 Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
-    const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty(),
-               slow = whole && schedule.framed && schedule.spreads();
+    const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
+    // Between frames the sums for one cell at a depth take as long as many of its steps.
+    const size_t most = whole && schedule.framed && schedule.spreads() ? 8 : SIZE_MAX;
     std::vector<Cell> points;
     if (whole) points = telling_cells(skin, schedule);
-    if (slow) points = few_of(points, schedule);
+    points.resize(std::min(points.size(), most));
     const size_t cells = points.size();
     std::vector<int> classes(cells, reduced::every_quantity);
     std::vector<size_t> sites = telling_sites(skin, schedule);
-    if (slow) sites.resize(std::min<size_t>(sites.size(), 8));
+    sites.resize(std::min(sites.size(), most));
     for (size_t i : sites) {
         points.push_back(skin.description.sites[i].cell);
         classes.push_back(int(skin.description.sites[i].type));

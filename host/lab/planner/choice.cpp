@@ -166,7 +166,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         const size_t i = e.candidates.size();
         Candidate& c = e.candidates.emplace_back(Candidate{model, precision, backend.name});
         c.refused = why_not(skin, schedule, model);
-        if (everything && c.refused.empty()) estimate_cost(c, skin, schedule, backend);
+        // Of a run whose tolerance binds a part of the cost goes to witnesses.
+        if ((everything || e.binding) && c.refused.empty()) estimate_cost(c, skin, schedule, backend);
         if (!c.refused.empty()) continue;
         c.refused = ruled_out(c, r, e.tolerance, backends);
         const bool possible = c.refused.empty();
@@ -174,8 +175,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         const bool spreads = march && schedule.spreads(); // no better in double than in float
         const bool binds = e.binding || (rough && is_unforced(c, r) && !spreads);
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
-        const bool forced = r.model || r.precision || r.baseline || spreads;
-        if (everything || (possible && (binds || forced))) c.error = bounds.of(c).error;
+        const bool forced = r.model || r.precision || r.baseline;
+        if (everything || (possible && (binds || forced || spreads))) c.error = bounds.of(c).error;
         if (!possible || taken) {
             if (possible) c.refused = "another one that keeps the tolerance comes first";
         } else if (!binds || c.error <= e.tolerance) {

@@ -20,23 +20,16 @@ void cost_quotient(Candidate& c, const PreparedSkin& skin) {
     c.seconds += 4e-9 * cells;
 }
 
-// Adds the maps at depths, their weights, and the two planes in which maps are transformed; of a march also the maps
-// that it spreads, and their levels.
-void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, int threads) {
+// Adds the maps at depths, their weights, and the two planes in which maps are transformed.
+void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
     std::vector<const model::HalfSpace*> spaces;
-    double classes = 0;
-    for (const auto& space : schedule.half_space) {
-        classes += space != nullptr;
+    for (const auto& space : schedule.half_space)
         if (space && std::ranges::find(spaces, space.get()) == spaces.end()) spaces.push_back(space.get());
-    }
     if (spaces.empty()) return;
-    const double cells = double(skin.cells()), maps = double(spaces.size()), steps = double(c.steps);
+    const double cells = double(skin.cells()), maps = double(spaces.size());
     c.bytes += cells * (schedule.framed ? 8 * maps : 16 * maps + 2 * 4 * 16);
-    if (c.model == Model::march) {
-        const bool in_double = c.precision == Precision::f64;
-        c.bytes += cells * classes * (in_double ? 24 : 12);
-        c.seconds += steps * cells * classes * (in_double ? 4e-9 : 2e-9) / std::max(threads, 1);
-    } else if (schedule.framed) c.seconds += steps * double(schedule.points.size()) * cells * 3e-10;
+    if (schedule.framed && c.model == Model::sites)
+        c.seconds += double(c.steps) * double(schedule.points.size()) * cells * 3e-10;
 }
 
 void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
@@ -115,6 +108,10 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step *
                                     (1 + (buffered ? 0.4 : 0.15) * more));
     cost_materials(c, skin, schedule, real, backend);
+    // Spread on the host: a map of each class, and its levels.
+    const double spread = cells * double(std::ranges::count_if(schedule.half_space, [](auto& s) { return bool(s); }));
+    c.bytes += 3 * real * spread;
+    c.seconds += steps * spread * 2e-9 * precision_factor(c.precision) / std::max(backend.threads, 1);
     if (backend.dispatch > 0) {
         c.dispatches = c.steps * (2 + static_cast<long long>(responses));
         c.seconds += double(c.dispatches) * backend.dispatch;
@@ -130,7 +127,7 @@ void estimate_cost(Candidate& c, const PreparedSkin& skin, const Schedule& sched
     if (c.model == Model::moments || c.model == Model::maps) cost_moments(c, skin, schedule);
     else if (c.model == Model::sites) cost_sites(c, skin, schedule, backend);
     else cost_march(c, skin, schedule, backend);
-    cost_depths(c, skin, schedule, backend.threads);
+    cost_depths(c, skin, schedule);
 }
 
 } // namespace dermis::planner
