@@ -277,7 +277,7 @@ def single_ridge_row(dermis):
                False, "Cells that do not couple resolve any pattern, which is no finding about skin; a half-space "
                "resolves none so fine. `[[afferents]]` may have several endings, but no scene here lays them below "
                "ridges",
-               "[receptors.toml](../host/examples/receptors.toml)", "Jarocka et al. 2021.",
+               "[receptors.toml](../host/examples/receptors.toml) with another depth of SA1", "Jarocka et al. 2021.",
                {"ridge_left_percent": 100 * left})
 
 

@@ -49,10 +49,7 @@ int page_spikes() { return int(session->spikes().size); }
 // The number of the afferent that fired spike i of the last step.
 int page_spike_fibre(int i) { return session->spikes()[size_t(i)].afferent; }
 // The time of spike i of the last step, s after the step's beginning.
-double page_spike_time(int i) {
-    const dermis::Spike& spike = session->spikes()[size_t(i)];
-    return (spike.frame + double(spike.share)) * dermis::web::Session::frame;
-}
+double page_spike_time(int i) { return double(session->spikes()[size_t(i)].share) * dermis::web::Session::step_time; }
 
 const char* page_hash() {
     static char text[20];

@@ -56,29 +56,23 @@ std::vector<Afferents> afferents(const Grid& grid) {
 Session::Session(const Settings& settings)
     : skin_(Device::cpu(1), description(settings),
             {.precision = Precision::f32, .afferents = afferents({width, height, spacing})}),
-      pressure_(frames * cells), settings_(settings), spikes_hash_(fnv_start) {
+      pressure_(cells), settings_(settings), spikes_hash_(fnv_start) {
     for (const Afferents& list : afferents({width, height, spacing})) fibres_.push_back(int(list.cells.size()));
 }
 
 void Session::step(double x, double y, double force) {
-    if (force_ == 0) x_ = x, y_ = y;
     const double modulus = 4.0 / 3 * settings_.modulus; // in plane strain, where the volume stays the same
     std::fill(pressure_.begin(), pressure_.end(), 0.0f);
-    for (int i = 0; i < frames; ++i) {
-        const double share = double(i + 1) / frames;
-        const contact::Pad pad{.width = width, .height = height, .spacing = spacing, .pressure = &pressure_[i * cells]};
-        contact::Contact ball{.x = x_ + share * (x - x_), .y = y_ + share * (y - y_)};
-        ball.force = force_ + share * (force - force_);
-        ball.radius = contact::hertz_radius(ball.force, settings_.ball, modulus);
-        if (ball.force > 0) contact::add_contacts(pad, &ball, 1);
-    }
-    skin_.press_frames(pressure_.data(), frames, cells, frame);
-    x_ = x, y_ = y, force_ = force;
+    const contact::Pad pad{.width = width, .height = height, .spacing = spacing, .pressure = pressure_.data()};
+    contact::Contact ball{.x = x, .y = y};
+    ball.force = force;
+    ball.radius = contact::hertz_radius(ball.force, settings_.ball, modulus);
+    if (ball.force > 0) contact::add_contacts(pad, &ball, 1);
+    skin_.press(pressure_, step_time);
     ++steps_;
     spikes_ += skin_.spikes().size;
     for (const Spike& spike : skin_.spikes()) {
         spikes_hash_ = fnv(&spike.afferent, sizeof spike.afferent, spikes_hash_);
-        spikes_hash_ = fnv(&spike.frame, sizeof spike.frame, spikes_hash_);
         spikes_hash_ = fnv(&spike.share, sizeof spike.share, spikes_hash_);
     }
 }

@@ -18,21 +18,20 @@ struct Settings {
     bool one_element = false;   // a single element with a retardation time of 70 ms; otherwise the preset's four
 };
 
-// A skin of 12 mm x 16 mm. A step is two frames, between which ball and force move linearly; responses are known after
-// the second one, spikes at their own times.
+// A skin of 12 mm x 16 mm. A step is one press: from step to step the pressure runs linearly. Responses are known at
+// its end, spikes at their own times.
 class Session {
   public:
     static constexpr int width = 240, height = 320; // cells
     static constexpr double spacing = 5e-5;         // m
-    static constexpr int frames = 2;                // of one step
-    static constexpr double frame = 1.0 / 120;      // s
+    static constexpr double step_time = 1.0 / 60;   // s
     static constexpr size_t cells = size_t(width) * height;
 
     // Throws Error::bad_input.
     explicit Session(const Settings&);
 
-    // Presses for one step, frames*frame seconds. At its end the ball is at (x, y), in m, and presses with `force`, in
-    // N. A ball that did not press before comes down at (x, y). Throws Error::bad_input and std::invalid_argument.
+    // Presses for one step. At its end the ball is at (x, y), in m, and presses with `force`, in N. Throws
+    // Error::bad_input and std::invalid_argument.
     void step(double x, double y, double force);
 
     // One number for each cell: strain or a response. The same memory after every step.
@@ -48,9 +47,8 @@ class Session {
   private:
     Skin skin_;
     std::vector<int> fibres_;
-    std::vector<float> pressure_; // `frames` frames
+    std::vector<float> pressure_;
     Settings settings_;
-    double x_ = 0, y_ = 0, force_ = 0;
     int steps_ = 0;
     size_t spikes_ = 0;
     std::uint64_t spikes_hash_;
