@@ -11,7 +11,6 @@ layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
 layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
 layout(constant_id = VARIANT_PADS) const int PADS = 0;
 layout(constant_id = VARIANT_HOLD) const int HOLD = 0;
-layout(constant_id = VARIANT_MARGIN) const int MARGIN = 0;
 // Planes of a cell's state: their number; of sum s, the strain of element s or the integral; of the spring's rate; of the
 // frame before.
 #define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE, HOLD)

@@ -49,8 +49,7 @@
 #define VARIANT_GROUP_Y 11
 #define VARIANT_GROUP_Z 12
 #define VARIANT_HOLD 13 // 1: the pressure bends from frame to frame, and the table has two Coefficients for each element
-#define VARIANT_MARGIN 14 // 0 or SPREAD_MARGIN: instead of responses signals, and gains, in maps with so many zeros around them
-#define VARIANT_CONSTANTS 15
+#define VARIANT_CONSTANTS 14
 
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1

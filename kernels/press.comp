@@ -31,8 +31,11 @@ layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer
 layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
-layout(std430, binding = PRESS_MATERIAL) writeonly buffer Gains { vec4 gains[]; }; // with a margin: of one material
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
+#ifdef SIGNALS
+// The variant of receptors at depths, whose cells have one material: writes the cells' gain, and signals for responses.
+layout(std430, binding = PRESS_MATERIAL) writeonly buffer Gains { vec4 gains[]; };
+#endif
 // The same material as scalars.
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
@@ -177,16 +180,18 @@ vec4 laplacian_along_y(int x, int y, vec4 here) {
                       far ? strains(x, a.far_high) : here, a, STENCIL);
 }
 
+#ifdef SIGNALS
 // The vec4 index of cells in a map with a margin (spread.h).
 int in_margin(int x, int y) {
-    int pitch = ((c.width + 3) & ~3) + 2 * MARGIN;
-    return ((pad_number * (c.height + 2 * MARGIN) + y + MARGIN) * pitch + x + MARGIN) >> 2;
+    int pitch = ((c.width + 3) & ~3) + 2 * SPREAD_MARGIN;
+    return ((pad_number * (c.height + 2 * SPREAD_MARGIN) + y + SPREAD_MARGIN) * pitch + x + SPREAD_MARGIN) >> 2;
 }
 
 // 0 beyond the width.
 vec4 of_width(vec4 v, int x) {
     return mix(v, vec4(0.0), greaterThanEqual(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width)));
 }
+#endif
 
 void count(vec4 pressure, int x) {
     bvec4 bad = not(finite(pressure));
@@ -218,13 +223,13 @@ void main() {
 
     vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
     vec4 gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
-    if (MARGIN != 0) {
-        i = in_margin(x, y);
-        gains[i] = gain;
-    }
-#define SIGNAL(quantity) signal(quantity, m, step.integral)
-#define RESPONSE(quantity) \
-    (MARGIN == 0 ? answer(quantity, SIGNAL(quantity), gain, c) : of_width(response(SIGNAL(quantity), vec4(1.0)), x))
+#ifdef SIGNALS
+    i = in_margin(x, y);
+    gains[i] = gain;
+#define RESPONSE(quantity) of_width(response(signal(quantity, m, step.integral), vec4(1.0)), x)
+#else
+#define RESPONSE(quantity) answer(quantity, signal(quantity, m, step.integral), gain, c)
+#endif
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);

@@ -4,6 +4,7 @@
 // bits.
 #include "tests/oracle/family.hpp"
 
+#include "host/core/description/description.hpp"
 #include "tests/oracle/closed_form.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
@@ -203,7 +204,7 @@ TEST_CASE("impulses have the weights of the exact scene") {
         CAPTURE(seed);
         oracle::Family family(seed);
         oracle::Case c = family.next();
-        if (c.scene.method != Method::exact) continue;
+        if (c.scene.method != Method::exact || scene::has_depth(c.scene.receptors)) continue; // a march spreads to 1e-3
         c.scene.tolerance.reset();
         c.scene.precision = Precision::f64;
         c.scene.model = Model::march; // exact for each material, also where their retardation times are nearly one

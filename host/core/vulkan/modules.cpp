@@ -6,6 +6,8 @@
 #include "fibres_spv.h"
 #include "halve_spv.h"
 #include "halve_texels_spv.h"
+#include "press_signals_spv.h"
+#include "press_signals_texels_spv.h"
 #include "press_spv.h"
 #include "press_texels_spv.h"
 #include "reduce_spv.h"
@@ -26,11 +28,14 @@ Module spread_module() { return {.code = spread_spv, .bytes = sizeof spread_spv}
 Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
 Module sites_module() { return {.code = sites_spv, .bytes = sizeof sites_spv}; }
 
+constexpr uint32_t press_texels =
+    1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE | 1u << PRESS_STATE_FROM;
 Module press_texels_module() {
-    return {.code = press_texels_spv,
-            .bytes = sizeof press_texels_spv,
-            .texels = 1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE |
-                      1u << PRESS_STATE_FROM};
+    return {.code = press_texels_spv, .bytes = sizeof press_texels_spv, .texels = press_texels};
+}
+Module press_signals_module() { return {.code = press_signals_spv, .bytes = sizeof press_signals_spv}; }
+Module press_signals_texels_module() {
+    return {.code = press_signals_texels_spv, .bytes = sizeof press_signals_texels_spv, .texels = press_texels};
 }
 
 Module reduce_texels_module() {

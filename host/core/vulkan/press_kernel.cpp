@@ -21,7 +21,11 @@ std::vector<uint32_t> specialization_of(const model::Variant& variant, int x, in
 
 } // namespace
 
-Module press_module_for(const DeviceTable& device) { return device.texels ? press_texels_module() : press_module(); }
+// The kernel `press` as this device runs it.
+static Module module_for(const DeviceTable& device, bool signals) {
+    if (signals) return device.texels ? press_signals_texels_module() : press_signals_module();
+    return device.texels ? press_texels_module() : press_module();
+}
 
 PressKernel::PressKernel(Pipelines& pipelines, const model::PreparedSkin& skin, const model::Variant& variant,
                          const model::PressedBox& pressed, uint32_t max_bindings)
@@ -33,7 +37,7 @@ PressKernel::PressKernel(Pipelines& pipelines, const model::PreparedSkin& skin, 
                                                                       .planes = variant.state().planes(),
                                                                       .work = double(numbers_of_press(variant)),
                                                                       .group_rows = group_.y})),
-      kernel_(pipelines, press_module_for(pipelines.device()),
+      kernel_(pipelines, module_for(pipelines.device(), variant.spreads),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
                .specialization = specialization_of(variant, group_.x, group_.y, group_.z),

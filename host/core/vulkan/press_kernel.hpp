@@ -7,9 +7,6 @@
 
 namespace dermis::vulkan {
 
-// The kernel `press` as this device runs it.
-Module press_module_for(const DeviceTable&);
-
 class PressKernel {
   public:
     // In a batch, pressures, states and responses are the pads' one after another; the other ranges are shared by all

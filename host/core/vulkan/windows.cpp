@@ -53,7 +53,6 @@ std::vector<uint32_t> specialization(const model::Variant& variant) {
     constants[VARIANT_GROUP_Y] = PRESS_Y;
     constants[VARIANT_GROUP_Z] = 1;
     constants[VARIANT_HOLD] = variant.parabolic;
-    constants[VARIANT_MARGIN] = variant.spreads ? SPREAD_MARGIN : 0;
     return constants;
 }
 
