@@ -21,8 +21,7 @@ std::vector<uint32_t> specialization_of(const model::Variant& variant, int x, in
 
 } // namespace
 
-// The kernel `press` as this device runs it.
-static Module module_for(const DeviceTable& device, bool signals) {
+Module press_module_for(const DeviceTable& device, bool signals) {
     if (signals) return device.texels ? press_signals_texels_module() : press_signals_module();
     return device.texels ? press_texels_module() : press_module();
 }
@@ -37,7 +36,7 @@ PressKernel::PressKernel(Pipelines& pipelines, const model::PreparedSkin& skin, 
                                                                       .planes = variant.state().planes(),
                                                                       .work = double(numbers_of_press(variant)),
                                                                       .group_rows = group_.y})),
-      kernel_(pipelines, module_for(pipelines.device(), variant.spreads),
+      kernel_(pipelines, press_module_for(pipelines.device(), variant.spreads),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
                .specialization = specialization_of(variant, group_.x, group_.y, group_.z),

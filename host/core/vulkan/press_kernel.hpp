@@ -7,6 +7,9 @@
 
 namespace dermis::vulkan {
 
+// The kernel `press` as this device runs it. signals: the variant that makes these.
+Module press_module_for(const DeviceTable&, bool signals = false);
+
 class PressKernel {
   public:
     // In a batch, pressures, states and responses are the pads' one after another; the other ranges are shared by all
