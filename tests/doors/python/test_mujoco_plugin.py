@@ -48,10 +48,13 @@ def stepped(m, data, first, steps, each=lambda d: None):
     return data.sensordata.copy()
 
 
-def test_sensors_give_the_responses_of_a_skin_that_is_pressed_by_the_contacts():
+def test_sensors_give_the_responses_of_a_skin_that_is_pressed_by_the_contacts(tmp_path):
     sys.path.insert(0, str(HAND.parent))
     import hand
-    m, plain = model(responses="sa1 fa2"), hand.load()
+    scene = tmp_path / "scene.toml"  # the hand's skin
+    scene.write_text('preset = "fingertip"\nreceptors.depth = "fingertip"\n[grid]\nwidth = 80\nheight = 80\n'
+                     'spacing = 2.5e-4\n[surface]\nkind = "flat"\n')
+    m, plain = model(responses="sa1 fa2", scene=scene, size="", spacing=""), hand.load()
     data, felt = mujoco.MjData(m), []
     stepped(m, data, 0, 600, lambda d: felt.append(d.sensordata.copy()))
     _, skin = hand.grasp(plain, lambda n, d, s, r: felt.append(s.skin["sa1"].copy()) if n == 599 else None, 600)

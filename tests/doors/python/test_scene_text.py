@@ -86,6 +86,8 @@ def changed(draw, base):
         for part in table.split(".")[:-1]:  # the first item of a list
             to = to.setdefault(part, [{}] if part in ("afferents", "fields", "elements") else {})
             to = to[0] if isinstance(to, list) else to
+        if isinstance(to, str):  # receptors.depth = "fingertip"
+            continue
         row = draw.choice(ROWS[table])
         to[row[0]] = drawn(draw, table, *row)
     return tables
