@@ -24,5 +24,5 @@ void main() {
     vec4 p = column(x - 4, y), q = column(x, y), r = column(x + 4, y), s = column(x + 8, y);
     vec4 v = halved(vec4(p.yw, q.yw), vec4(p.z, q.xz, r.x), vec4(p.w, q.yw, r.y), vec4(q.xz, r.xz), vec4(q.yw, r.yw),
                     vec4(q.z, r.xz, s.x), vec4(q.w, r.yw, s.y));
-    coarse[place(c.coarse, node.x, node.y)] = of_level(v, node.x);
+    coarse[place(COARSE, node.x, node.y)] = of_level(v, node.x);
 }

@@ -3,7 +3,15 @@
 // 4. `pad` is the invocation's pad.
 layout(local_size_x_id = SPREAD_GROUP_X, local_size_y_id = SPREAD_GROUP_Y, local_size_z_id = SPREAD_GROUP_Z) in;
 layout(constant_id = SPREAD_OF_PADS) const int PADS = 0;
-layout(push_constant) uniform Push { SpreadConstants c; };
+// SpreadConstants with the members of its two NodeMaps: HLSL packs no struct of 8 bytes behind another.
+layout(push_constant) uniform Push {
+    int fine_pitch, fine_pad, coarse_pitch, coarse_pad;
+    int x_low, x_high, y_low, y_high;
+    int weights, quantity, height, pitch;
+    float gain_plus, gain_minus;
+} c;
+#define FINE NodeMap(c.fine_pitch, c.fine_pad)
+#define COARSE NodeMap(c.coarse_pitch, c.coarse_pad)
 MAP(SPREAD_FINE, Fine, fine);
 layout(std430, binding = SPREAD_PADS) readonly buffer List { PadEntry pads[]; };
 
@@ -11,7 +19,7 @@ int pad = 0;
 int place(NodeMap map, int x, int y) {
     return (pad * map.pad + (y + SPREAD_MARGIN) * map.pitch + x + SPREAD_MARGIN) >> 2;
 }
-vec4 fine_at(int x, int y) { return FOUR(fine, place(c.fine, x, y)); }
+vec4 fine_at(int x, int y) { return FOUR(fine, place(FINE, x, y)); }
 
 // The first of the invocation's nodes; the last ones may be beyond x_high.
 ivec2 own_nodes() {

@@ -52,7 +52,7 @@ vec4 stencil(int x, int y) {
 // The coarser level's row y at nodes x .. x + 3, where x is a multiple of 4.
 vec4 along(int x, int y) {
     int k = (x >> 1) - 1; // the first of the coarse nodes n[0] .. n[4]
-    vec4 p = FOUR(coarse, place(c.coarse, k & ~3, y)), q = FOUR(coarse, place(c.coarse, (k & ~3) + 4, y));
+    vec4 p = FOUR(coarse, place(COARSE, k & ~3, y)), q = FOUR(coarse, place(COARSE, (k & ~3) + 4, y));
     vec4 n = (k & 3) == 3 ? vec4(p.w, q.xyz) : vec4(p.yzw, q.x);
     float last = (k & 3) == 3 ? q.w : q.y;
     vec4 b = n.xxyy, d = n.yyzz, e = n.zzww, f = vec4(n.ww, vec2(last));
@@ -72,12 +72,12 @@ void main() {
     if (COARSER != 0) sum = RADIUS >= 0 ? together(sum, coarser(node.x, node.y)) : coarser(node.x, node.y);
     if (RADIUS < 0 && COARSER == 0) sum = fine_at(node.x, node.y); // receptors at the surface
     if (ANSWERS == 0) {
-        to[place(c.fine, node.x, node.y)] = of_level(sum, node.x);
+        to[place(FINE, node.x, node.y)] = of_level(sum, node.x);
         return;
     }
     Constants k;
     k.gain_plus = c.gain_plus;
     k.gain_minus = c.gain_minus;
     to[((pad * c.height + node.y) * c.pitch + node.x) >> 2] =
-        answer(c.quantity, sum, FOUR(gain, place(c.fine, node.x, node.y)), k);
+        answer(c.quantity, sum, FOUR(gain, place(FINE, node.x, node.y)), k);
 }
