@@ -10,7 +10,10 @@ constexpr auto even_lane = [](int i) { return 2 * i; };
 constexpr auto odd_lane = [](int i) { return 2 * i + 1; };
 template <int half> constexpr auto zipped = [](int i) { return half * lanes / 2 + i / 2 + i % 2 * lanes; };
 
-// The first n numbers of a register; the others are 0.
+// Registers cover a row of n numbers; the last one begins early, so that it ends with the row.
+inline int behind(int i, int n) { return i + lanes >= n ? n : std::min(i + lanes, n - lanes); }
+
+// A register of a row of n numbers; of a shorter row all of it, and 0.
 inline real loaded_part(const scalar* from, int n) {
     if (n >= lanes) return loaded(from);
     Wide x(scalar(0));
@@ -24,13 +27,13 @@ inline void store_part(scalar* to, real x, int n) {
 
 template <int beside> void halve_in(const HalveRow<Kernels>& h) {
     const int n = (h.high - h.low + 1) * beside;
-    for (int i = 0; i < n; i += lanes) {
+    for (int i = 0; i < n; i = behind(i, n)) {
         real r[7];
 #pragma GCC unroll 7
-        for (int k = 0; k < 7; ++k) r[k] = loaded_part(h.row[k] + i, n - i);
+        for (int k = 0; k < 7; ++k) r[k] = loaded_part(h.row[k] + i, n);
         store(h.column + i, halved(r[0], r[1], r[2], r[3], r[4], r[5], r[6]));
     }
-    for (int i = (n + lanes - 1) / lanes * lanes; i < n + 6 * lanes + 8 * beside; i += lanes)
+    for (int i = std::max(n, lanes); i < n + 6 * lanes + 8 * beside; i += lanes)
         store(h.column + i, Wide(scalar(0)));
     const scalar* v = h.column + (2 * h.coarse_low - h.low) * beside; // the column of the first coarse node
     const auto node = [&](int i) { return loaded(v + i * beside); };
@@ -90,17 +93,17 @@ template <int radius, int beside> void spread_in(const SpreadRow<Kernels>& s, co
     real weight[weights];
     for (int k = 0; radius >= 0 && k < weights; ++k) weight[k] = Wide(s.weight[k]);
     with_bool(s.odd, [&](auto odd) {
-        for (int i = 0; i < n; i += lanes) {
+        for (int i = 0; i < n; i = behind(i, n)) {
             real sum(scalar(0));
             if constexpr (radius >= 0) sum = stencil_of<radius, beside>(s, weight, i);
-            else if (!s.wide[0]) sum = loaded_part(s.here + i, n - i); // the skin's surface
+            else if (!s.wide[0]) sum = loaded_part(s.here + i, n); // the skin's surface
             if (s.wide[0]) {
                 const real b = loaded(s.wide[0] + i), m = loaded(s.wide[1] + i), d = loaded(s.wide[2] + i);
                 const real up = odd.number ? between_nodes(b, m, d, loaded(s.wide[3] + i)) : at_node(b, m, d);
                 sum = radius >= 0 ? together(sum, up) : up;
             }
-            if (s.quantity) sum = answer(s.quantity, sum, s.gain ? loaded_part(s.gain + i, n - i) : real(scalar(1)), c);
-            store_part(s.to + i, sum, n - i);
+            if (s.quantity) sum = answer(s.quantity, sum, s.gain ? loaded_part(s.gain + i, n) : real(scalar(1)), c);
+            store_part(s.to + i, sum, n);
         }
     });
 }
