@@ -178,8 +178,8 @@ def match(spikes, wanted, within):
 PARAMETERS = {"after": [(0, 1), (0, 1)], "reset": 0.0}
 CASES = {
     "SA1, 10 Hz": (10, 3.0, PARAMETERS | {
-        "time_constants": [9.996e-3, 3.325e-4], "value": 5.4, "rate": 1.0, "gains": [(0.1875, 0.004173), (0, 0), (0, 0)],
-        "membrane_time": 8.231e-3, "refractory_time": 8.588e-3}),
+        "time_constants": [8.499e-3, 2.905e-4], "value": 18.12, "rate": 1.0, "gains": [(0.1059, 0.01015), (0, 0), (0, 0)],
+        "membrane_time": 5.472e-3, "refractory_time": 2.843e-3}),
     "FA1 (RA), 50 Hz": (50, 0.25, PARAMETERS | {
         "time_constants": [1.127e-3, 3.423e-4], "value": 0.0, "rate": 1.0, "gains": [(0.2183, 0.002216), (0, 0), (0, 0)],
         "membrane_time": 8.445e-3, "refractory_time": 2.559e-3}),

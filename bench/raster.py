@@ -39,7 +39,7 @@ depth = "fingertip"
 density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
 [[afferents]] # sensitive afferents: bench/evidence/afferents.csv
 type = "sa1"
-gains = [[2.48, 0.055]]
+gains = [[1.553, 0.1488]]
 [[afferents]]
 type = "fa1"
 gains = [[0.309, 0.003]]

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Fits the parameters of the afferents SA1, RA and PC to published thresholds, rates and shares that fire.
+"""Fits the parameters of the afferents SA1, RA and PC to published thresholds, rates, shares that fire and areas.
 
 An afferent is a nerve fibre of the skin.
 
-    fit_afferents.py DATA OUT [--quick]
+    fit_afferents.py DATA OUT [--only CLASS] [--quick]
 
 DATA: the folder Data of github.com/ouyangqq/model_tactile_pop_response, of which text files are read. OUT: a folder, in
-which afferents.csv is written. --quick: a short search, to see that everything runs; its values are no result. Needs
-NumPy, SciPy and Numba.
+which afferents.csv is written. --only: the class that is fitted; the others keep the values of the afferents.csv beside
+this file (the search draws random numbers, and versions of SciPy draw different ones). --quick: a short search, to see
+that everything runs; its values are no result. Needs NumPy, SciPy and Numba.
 
 Stimulus: the displacement d of a flat cylinder of 1 mm diameter, a sine whose amplitude is the greatest displacement
 from its mean, as in stim_sine.m of TouchSim (github.com/BensmaiaLab/touchSim) and in the code of Ouyang et al. 2021.
@@ -19,7 +20,13 @@ Threshold: the amplitude at which V of an afferent just reaches 1 once the respo
 the mean of seven afferents whose gains have a log-normal distribution with the median 1; a share is that of the
 distribution whose threshold is below the amplitude. The afferents of the thresholds may be more sensitive than the
 median afferent, by one factor per class.
+
+SA1 is fitted to 21 more rates, in a hold under spheres of different curvature at three forces. The strain is that of
+Hertz's contact on the axis; the curvature of the finger, which adds to the sphere's, is fitted. Last, with all other
+parameters held, the endings of SA1 and RA: their number and the radius of the disc in which they lie, by the areas of
+ten receptive fields below a probe of 0.5 mm, of afferents with their gain times field_gain.
 """
+import argparse
 import csv
 import pathlib
 import sys
@@ -33,9 +40,15 @@ from scipy.special import ndtr, ndtri
 RADIUS = 0.5e-3  # m, of the probe
 POISSON = 0.4
 STEP = 50e-6  # s, the longest step
+HERE = pathlib.Path(__file__).parent
 SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
 PAIRS = ((10.0, 50.0), (10.0, 100.0), (50.0, 250.0), (50.0, 500.0), (100.0, 1000.0))  # Hz, of two sines at once
 BANDS = ((10.0, 25.0), (5.0, 100.0), (25.0, 250.0), (25.0, 500.0), (50.0, 500.0))  # Hz, of the noise
+MODULUS = 5e4  # Pa, under a sphere whose force is known, as in TouchSim
+FORCES = (0.0981, 0.1471, 0.1961)  # N, of the spheres: 10, 15 and 20 gf
+FIELD_PROBE = 0.25e-3  # m, the radius of the probe of the receptive fields
+FIBRES = 300  # whose areas are averaged
+FA1_FIELD_GAIN = 4.0  # with the median's gain 50 um fire no FA1 afferent
 # The logarithms of the gains of the seven afferents, of equal weight, over the spread: the middles of sevenths of a
 # normal distribution, scaled to a variance of 1.
 NODES = ndtri((np.arange(7) + 0.5) / 7)
@@ -43,7 +56,7 @@ NODES /= NODES.std()
 # Weights: what counts as an error of 1, of a threshold (dB), of a share of the afferents, and of a rate as a part of
 # the greatest rate of the class. Digitized rates and shares are means of few afferents; thresholds are of several
 # papers.
-THRESHOLD_ERROR, SHARE_ERROR, RATE_ERROR = 1.5, 0.15, 0.05
+THRESHOLD_ERROR, SHARE_ERROR, RATE_ERROR = 1.5, 0.15, 0.05  # rates under spheres count as other rates do
 MEMBRANE = ("membrane_time", "s", 1e-4, 50e-3)
 REFRACTORY = ("refractory_time", "s", 0.9e-3, 20e-3)
 SHARED = (("spread", "1", 0.03, 3.0), ("threshold_gain", "1", 0.1, 100.0))
@@ -54,18 +67,19 @@ class Model:
     """A class of afferents: its parameters, each with a name, a unit and bounds, and its linear part.
 
     group: its place in the files. order: 0 if the gains are of y, 1 if they are of y'. poles: an r for each real pole,
-    a p for a pair that has a frequency and a quality. value: whether q drives the filter beside its rate.
+    a p for a pair that has a frequency and a quality. value: whether q drives the filter beside its rate, so that the class
+    fires in a hold.
     """
 
     def __init__(self, name, *, group, depth, order, poles, value=False):
-        self.name, self.group, self.order, self.poles = name, group, order, poles
+        self.name, self.group, self.order, self.poles, self.depth = name, group, order, poles, depth
         s = depth / RADIUS
         self.strain = (1 + 3 * s * s) / (1 + s * s) ** 2 / (np.pi * RADIUS * (1 - POISSON**2))  # of q, per m of d
         gain_unit = "s" if order else "1"
         rows = [("gain_positive", gain_unit, 1e-4, 100.0), (NEGATIVE, "1", 0.0, 1.0), MEMBRANE, REFRACTORY, *SHARED]
         rows += [(f"time_constant_{j + 1}", "s", 2e-5, 0.3) for j in range(poles.count("r"))]
         rows += [("frequency", "Hz", 30.0, 1500.0), ("quality", "1", 0.3, 10.0)] if "p" in poles else []
-        rows += [("value", "1", 0.01, 1000.0)] if value else []
+        rows += [("value", "1", 0.01, 1000.0), ("finger_curvature", "1/m", 10.0, 1000.0)] if value else []
         self.names, self.units = [r[0] for r in rows], dict(r[:2] for r in rows)
         # All parameters but the ratio of the gains, which may be 0, are fitted as decimal logarithms.
         self.log = np.array([n != NEGATIVE for n in self.names])
@@ -202,7 +216,24 @@ def load(folder, model):
     data["fraction"] = read(folder / "ob_sine_vibro_prob.txt", SINES, model.group, 1.0)
     data["pair"] = read(folder / "ob_di_vibro_firing_rate.txt", range(5), model.group, scale)
     data["noise"] = read(folder / "ob_noise_vibro_firing_rate.txt", range(5), model.group, scale)
+    parts = blocks(folder / "fring_diff_cav.txt")
+    data["spheres"] = np.array([(n, max(k, 0.0), y) for n, p in zip(FORCES, parts) for k, y in p])  # N, 1/m, Hz
+    areas = blocks(folder / "observed_rF_size.txt")
+    if model.name != "PC":
+        data["areas"] = areas[model.name == "RA"] * (1e-6, 1e-6)  # m, m2
     return data
+
+
+def sphere_rates(model, v, data):
+    """The mean rates (Hz) of the seven afferents in a hold, on the axis of a sphere that a force presses."""
+    force, curvature, _ = data.T
+    radius, modulus = 1 / (curvature + v["finger_curvature"]), MODULUS / (1 - POISSON**2)
+    contact = np.cbrt(0.75 * force * radius / modulus)
+    strain = 1.5 * force / (np.pi * contact**2) / (1 + (model.depth / contact) ** 2) / MODULUS
+    current = np.outer(strain, v["gain_positive"] * v["value"] * np.exp(v["spread"] * NODES))
+    above = np.maximum(current, 1 + 1e-9)
+    rate = 1 / (v["refractory_time"] + v["membrane_time"] * np.log(above / (above - 1)))
+    return np.where(current > 1, rate, 0).mean(1)
 
 
 def errors(model, x, data, seconds=1.0, step=STEP):
@@ -216,7 +247,10 @@ def errors(model, x, data, seconds=1.0, step=STEP):
 
 def residuals(model, x, data, seconds=1.0):
     db, share, hz = errors(model, x, data, seconds)
-    scaled = db / THRESHOLD_ERROR, share / SHARE_ERROR, hz / (RATE_ERROR * data["sine"][:, 2].max())
+    scaled = [db / THRESHOLD_ERROR, share / SHARE_ERROR, hz / (RATE_ERROR * data["sine"][:, 2].max())]
+    if "value" in model.names:
+        held = data["spheres"][:, 2]
+        scaled.append((sphere_rates(model, model.values(x), data["spheres"]) - held) / (RATE_ERROR * held.max()))
     return np.concatenate(scaled)
 
 
@@ -247,6 +281,17 @@ def fit(model, data, quick):
         ftol=1e-6,
         max_nfev=3 if quick else 40,
     ).x
+
+
+def stored(model):
+    """The parameters in the afferents.csv beside this file, as fit() has them."""
+    with open(HERE / "afferents.csv", newline="") as file:
+        rows = csv.DictReader(line for line in file if not line.startswith("#"))
+        found = {row["parameter"]: float(row["value"]) for row in rows if row["class"] == model.name.lower()}
+    positive, negative = (found[f"gains[{model.order}][{k}]"] for k in (0, 1))
+    found |= {"gain_positive": positive, NEGATIVE: negative / positive}
+    found |= {f"time_constant_{j + 1}": found.get(f"time_constants[{j}]") for j in (0, 1)}
+    return np.array([np.log10(found[n]) if log else found[n] for n, log in zip(model.names, model.log)])
 
 
 def uncertainty(model, x, data):
@@ -332,10 +377,64 @@ def entrained(model, v, f):
     return (one.min(), one.max(), least) if len(one) else (np.nan, np.nan, least)
 
 
+def reach(model, v, depths, gain):
+    """How far (m) from an ending a probe fires it that is pressed to depths (m) within 10 ms and held for 0.39 s."""
+    n = int(round(1 / STEP))
+    press = np.interp(np.arange(n) * STEP, (0, 0.01, 0.4, 0.41), (0, 1, 1, 0))
+    drive = np.fft.irfft(np.fft.rfft(press) * model.transfer(v, np.fft.rfftfreq(n, STEP)), n) / model.strain
+    least = 1 / (gain * peak(rectified(v, drive), STEP, v["membrane_time"]))  # the strain that just fires
+    away = np.linspace(0, 8e-3, 1601)
+    # A flat punch as 40 rings of equal force, each of 48 points: the stress below it, as sums over point loads.
+    ring = FIELD_PROBE * np.sqrt(1 - ((np.arange(40) + 0.5) / 40) ** 2)
+    angle = (np.arange(48) + 0.5) / 48 * 2 * np.pi
+    x, y = np.outer(ring, np.cos(angle)).ravel(), np.outer(ring, np.sin(angle)).ravel()
+    force = 2 * FIELD_PROBE / (1 - POISSON**2) / len(x)  # per depth and modulus
+    distance = np.sqrt((away[:, None] - x) ** 2 + y**2 + model.depth**2)
+    strain = (3 * force * model.depth**3 / (2 * np.pi * distance**5)).sum(1)
+    return np.array([np.interp(-least, -strain * d, away) if strain[0] * d > least else 0.0 for d in depths])
+
+
+def covered(most):
+    """Areas within a distance of one of 1 to `most` endings in a disc of radius 1, the mean of FIBRES draws: a function
+    of the number of endings and the distance."""
+    random, cell = np.random.default_rng(1), 0.06
+    x, y = (axis.ravel() for axis in np.meshgrid(*[np.arange(-3, 3, cell) + cell / 2] * 2))
+    nearest, near = np.full((FIBRES, len(x)), np.inf), []
+    for _ in range(most):
+        r, angle = np.sqrt(random.uniform(size=(FIBRES, 1))), 2 * np.pi * random.uniform(size=(FIBRES, 1))
+        nearest = np.minimum(nearest, np.hypot(x - r * np.cos(angle), y - r * np.sin(angle)))
+        near.append(np.sort(nearest.ravel()))
+    return lambda endings, distance: np.searchsorted(near[endings - 1], distance) * cell**2 / FIBRES
+
+
+# The numbers of endings and the radii (m) of their discs among which is searched.
+ENDINGS = {"SA1": (range(8, 11), np.arange(1.2, 1.55, 0.1) * 1e-3), "RA": (range(8, 18), np.arange(2.5, 3.05, 0.1) * 1e-3)}
+
+
+def fit_endings(model, v, data, gain):
+    """The rows of the file about endings, with the errors of the areas printed."""
+    depths, wanted = data["areas"].T
+    far, area, (counts, radii) = reach(model, v, depths, gain), covered(17), ENDINGS[model.name]
+
+    def areas(pair):
+        return np.maximum(pair[1] ** 2 * area(pair[0], far / pair[1]), 1e-9)
+
+    best = min(((n, r) for n in counts for r in radii), key=lambda pair: rms(np.log(areas(pair) / wanted)))
+    ours = areas(best)
+    print(f"  fields (mm2): " + " ".join(f"{a * 1e6:.2f}" for a in ours) + " of " +
+          " ".join(f"{a * 1e6:.2f}" for a in wanted) + f"; rms of the logarithm {rms(np.log(ours / wanted)):.3f}")
+    notes = ["at a bound" if value in (values[0], values[-1]) else "" for value, values in zip(best, (counts, radii))]
+    return [("endings", best[0], "1", None, notes[0]), ("radius", best[1], "m", None, notes[1]),
+            ("field_gain", gain, "1", None, "set")]
+
+
 def report(model, x, data):
     v = model.values(x)
     db, share, hz = errors(model, x, data)
     observed = data["sine"][:, 2]
+    if "value" in v:
+        held = data["spheres"][:, 2]
+        print(f"{model.name}: spheres R2 {r2(sphere_rates(model, v, data['spheres']), held):.3f}")
     print(f"{model.name}: rates R2 {r2(hz + observed, observed):.3f}, rms {rms(hz):.2f} Hz")
     chosen = {f: data["sine"][:, 0] == f for f in SINES}
     print("  rms by frequency (Hz): " + ", ".join(f"{f:.0f}: {rms(hz[c]):.2f}" for f, c in chosen.items()))
@@ -363,7 +462,9 @@ HEADER = """\
 # Johnson 1982. Input: the strain below a flat cylinder of 1 mm diameter, at 0.3 mm (sa1), 0.5 mm (ra) and 2 mm (pc).
 # The values are those of the median afferent; no standard error: not fitted, or at a bound. spread: of the natural
 # logarithm of the gains among afferents. threshold_gain: the factor by which the afferents of the thresholds are more
-# sensitive than the median afferent.
+# sensitive than the median afferent. SA1 is fitted to 21 rates under spheres too (spheres.csv); finger_curvature adds to
+# the sphere's. endings, radius: an afferent's number of endings and the disc around its middle in which they lie, fitted
+# to fields.csv with the gain times field_gain.
 """
 
 
@@ -388,16 +489,19 @@ def table(model, x, data):
     product = v["gain_positive"] * v[NEGATIVE]
     rows.append((negative, product, model.units["gain_positive"], error["negative"], row("", NEGATIVE)[-1]))
     rows += [row("membrane_time", "membrane_time"), row("refractory_time", "refractory_time")]
-    return rows + [("reset", 0.0, "1", None, "set"), row("spread", "spread"), row("threshold_gain", "threshold_gain")]
+    rows += [("reset", 0.0, "1", None, "set"), row("spread", "spread"), row("threshold_gain", "threshold_gain")]
+    return rows + ([row("finger_curvature", "finger_curvature")] if "value" in v else [])
 
 
-def main(folder, out, quick):
+def main(folder, out, only, quick):
     data_folder = pathlib.Path(folder) / "txtdata"
     start, lines = time.time(), []
     for model in MODELS:
         data = load(data_folder, model)
-        x = fit(model, data, quick)
-        rows = table(model, x, data)
+        x = fit(model, data, quick) if only in (None, model.name.lower()) else stored(model)
+        v, rows = model.values(x), table(model, x, data)
+        if "areas" in data:
+            rows += fit_endings(model, v, data, v["threshold_gain"] if model.name == "SA1" else FA1_FIELD_GAIN)
         for name, value, unit, error, note in rows:
             spread = f"{error:.2g}" if error else ""
             print(f"{model.name:4} {name:18} {value:9.4g} {unit:3} {spread and '+- ' + spread:12} {note}")
@@ -412,7 +516,13 @@ def main(folder, out, quick):
 
 
 if __name__ == "__main__":
-    arguments = [a for a in sys.argv[1:] if a != "--quick"]
-    if len(arguments) != 2 or not all(pathlib.Path(a).is_dir() for a in arguments):
-        sys.exit(f"usage: fit_afferents.py DATA OUT [--quick], where DATA and OUT are folders, not {arguments}")
-    main(*arguments, "--quick" in sys.argv)
+    options = argparse.ArgumentParser()
+    options.add_argument("data")
+    options.add_argument("out")
+    options.add_argument("--only", choices=[model.name.lower() for model in MODELS])
+    options.add_argument("--quick", action="store_true")
+    options = options.parse_args()
+    for folder in (options.data, options.out):
+        if not pathlib.Path(folder).is_dir():
+            sys.exit(f"fit_afferents.py: {folder} is not a folder")
+    main(options.data, options.out, options.only, options.quick)

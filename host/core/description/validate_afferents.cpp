@@ -81,11 +81,11 @@ AfferentModel afferent_model(Quantity type) {
     m.rate = 1;
     switch (type) {
     case Quantity::sa1:
-        m.time_constants = {9.996e-3, 3.325e-4};
-        m.value = 5.4;
-        m.gains[0] = {0.1875, 0.004173};
-        m.membrane_time = 8.231e-3;
-        m.refractory_time = 8.588e-3;
+        m.time_constants = {8.499e-3, 2.905e-4};
+        m.value = 18.12;
+        m.gains[0] = {0.1059, 0.01015};
+        m.membrane_time = 5.472e-3;
+        m.refractory_time = 2.843e-3;
         return m;
     case Quantity::fa1:
         m.time_constants = {1.127e-3, 3.423e-4};

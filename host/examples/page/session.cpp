@@ -41,7 +41,7 @@ std::vector<Afferents> afferents(const Grid& grid) {
         double gain;
     };
     std::vector<Afferents> all;
-    for (const Kind& kind : {Kind{Quantity::sa1, 13.22}, Kind{Quantity::fa1, 1.415}, Kind{Quantity::fa2, 23.16}}) {
+    for (const Kind& kind : {Kind{Quantity::sa1, 14.66}, Kind{Quantity::fa1, 1.415}, Kind{Quantity::fa2, 23.16}}) {
         all.push_back({.type = kind.type, .model = afferent_model(kind.type)});
         for (auto& gains : all.back().model->gains)
             for (double& gain : gains) gain *= kind.gain;
