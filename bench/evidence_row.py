@@ -19,6 +19,9 @@ SOURCES = {
     "Freeman and Johnson 1982": "A. W. Freeman and K. O. Johnson, A model accounting for effects of vibratory "
     "amplitude on responses of cutaneous mechanoreceptors in macaque monkey, J. Physiol. 323 (1982) 43-64, "
     "doi:10.1113/jphysiol.1982.sp014060",
+    "Goodwin et al. 1995": "A. W. Goodwin, A. S. Browning and H. E. Wheat, Representation of curved surfaces in responses of "
+    "mechanoreceptive afferent fibers innervating the monkey's fingerpad, J. Neurosci. 15 (1995) 798-810, "
+    "doi:10.1523/JNEUROSCI.15-01-00798.1995",
     "Hay and Pruszynski 2020": "E. Hay and J. A. Pruszynski, Orientation processing by synaptic integration across "
     "first-order tactile neurons, PLoS Comput. Biol. 16 (2020) e1008303, doi:10.1371/journal.pcbi.1008303",
     "Jarocka et al. 2021": "E. Jarocka, J. A. Pruszynski and R. S. Johansson, Human touch receptors are sensitive to "
@@ -33,8 +36,6 @@ SOURCES = {
     "Ouyang et al. 2021": "Q. Ouyang, J. Wu, Z. Shao, D. Chen and J. W. Bisley, A simplified model for simulating "
     "population responses of tactile afferents and receptors in the skin, IEEE Trans. Biomed. Eng. 68 (2021) 556-567, "
     "doi:10.1109/TBME.2020.3007397",
-    "Pawluk and Howe 1999": "D. T. V. Pawluk and R. D. Howe, Dynamic lumped element response of the human fingerpad, "
-    "J. Biomech. Eng. 121 (1999) 178-183, doi:10.1115/1.2835100",
     "Phillips and Johnson 1981": "J. R. Phillips and K. O. Johnson, Tactile spatial resolution. II. Neural "
     "representation of bars, edges, and gratings in monkey primary afferents, J. Neurophysiol. 46 (1981) 1192-1203, "
     "doi:10.1152/jn.1981.46.6.1192",
@@ -43,9 +44,9 @@ SOURCES = {
     "Scheibert et al. 2009": "J. Scheibert, S. Leurent, A. Prevost and G. Debrégeas, The role of fingerprints in the "
     "coding of tactile information probed with a biomimetic sensor, Science 323 (2009) 1503-1506, "
     "doi:10.1126/science.1166467",
-    "Wang et al. 2015": "Y. Wang, K. L. Marshall, Y. Baba, E. A. Lumpkin and G. J. Gerling, Compressive "
-    "viscoelasticity of freshly excised mouse skin is dependent on specimen thickness, strain level and rate, "
-    "PLoS ONE 10 (2015) e0120897, doi:10.1371/journal.pone.0120897",
+    "Vega-Bermudez and Johnson 1999": "F. Vega-Bermudez and K. O. Johnson, SA1 and RA receptive fields, response "
+    "variability, and population responses mapped with a probe array, J. Neurophysiol. 81 (1999) 2701-2710, "
+    "doi:10.1152/jn.1999.81.6.2701",
 }
 ROW_OF_CELLS = """
 [grid]
@@ -61,12 +62,11 @@ viscosity = 0
 thickness = 1e-3
 curvature_length = 0
 [load]
-kind = "file"
 path = "strains.npy"
 {load}
 {afferents}
 [time]
-step = 0.01
+step = {step}
 duration = {duration}
 [output]
 traces = []
@@ -75,26 +75,17 @@ traces = []
 
 @dataclass
 class Row:
-    """A row of the page; the texts are Markdown."""
-    title: str
-    published: str
-    ours: str
-    agrees: bool
+    """What a row's function computes; the texts are Markdown. numbers: those that rows.csv judges, and others, which are
+    compared with the expected numbers alone."""
+    ours: str  # in words
     why: str
-    scene: str
-    source: str  # a paper by its key in SOURCES, or a link to a file's lines under Data
-    numbers: dict = field(default_factory=dict)  # what is compared with the expected numbers
+    numbers: dict
     picture: str = ""
 
-    @property
-    def verdict(self):
-        return "agrees" if self.agrees else "**fails**"
 
-
-def data(name, papers):
-    """The rows of a file of published numbers, and its papers with a link to what its first lines say, under Data."""
-    rows = csv.DictReader(line for line in lines_of(name) if not line.startswith("#"))
-    return list(rows), f"{papers}, [{name}](#data)."
+def data(name):
+    """The rows of a file of published numbers."""
+    return list(csv.DictReader(line for line in lines_of(name) if not line.startswith("#")))
 
 
 def lines_of(name):
@@ -102,21 +93,28 @@ def lines_of(name):
 
 
 def run(dermis, scene, folder, *settings):
+    """The folder of the results of a scene. What dermis says stops the script if it refuses the scene."""
     Path(folder, "scene.toml").write_text(scene)
-    subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out", *settings], check=True,
-                   stdout=subprocess.DEVNULL)
+    done = subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out", *settings],
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{dermis} run ended with {done.returncode}: {done.stderr.strip()}")
     return Path(folder, "out")
 
 
-def fire(dermis, strains, load, duration, tables):
+def fire(dermis, strains, load, duration, tables, interval=None):
     """The times (s) of the spikes of afferents that strains drive: each one a cell's value times the load's envelope.
 
     tables: the text of each [[afferents]] table and the numbers of its cells. Afferents are in the order of the tables.
+    interval: if strains has a row of cells for each time, the s between them.
     """
     texts = ["[[afferents]]\n" + text + f"\ncells = {[[int(cell), 0] for cell in cells]}\n" for text, cells in tables]
-    scene = ROW_OF_CELLS.format(width=len(strains), load=load, duration=duration, afferents="".join(texts))
+    frames = np.atleast_2d(np.asarray(strains, float))[:, None, :]
+    kind = 'kind = "file"' if interval is None else f'kind = "sequence"\ninterval = {float(interval)}'
+    scene = ROW_OF_CELLS.format(width=frames.shape[2], load=f"{kind}\n{load}", duration=float(duration),
+                                step=float(interval or 0.01), afferents="".join(texts))
     with tempfile.TemporaryDirectory() as folder:
-        np.save(f"{folder}/strains.npy", np.array(strains, float)[None, :])
+        np.save(f"{folder}/strains.npy", frames if interval else frames[0])
         spikes = np.load(run(dermis, scene, folder) / "spikes.npy")
     return [spikes["time"][spikes["afferent"] == n] for n in range(sum(len(cells) for _, cells in tables))]
 
