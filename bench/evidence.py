@@ -189,7 +189,8 @@ def press_row(dermis, folder):
 
 
 ROWS = {"adaptation": adaptation_row, "ridges": ridges_row, "noise": spikes.noise_row, "pairs": spikes.pairs_row,
-        "bar": places.bar_row, "dots": places.dots_row, "ramp": spikes.ramp_row, "rates": spikes.rates_row,
+        "bar": places.bar_row, "dots": places.dots_row, "gratings": places.gratings_row,
+        "strokes": places.strokes_row, "ramp": spikes.ramp_row, "rates": spikes.rates_row,
         "spheres": places.spheres_row, "fields": places.fields_row, "thresholds": spikes.thresholds_row,
         "filter": filter_row, "edges": spikes.edges_row, "plateau": spikes.plateau_row, "hold": spikes.hold_row,
         "press": press_row, "units": spikes.units_row}

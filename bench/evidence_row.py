@@ -16,6 +16,11 @@ DATA = HERE / "evidence"
 BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#888888"
 # The papers, by what rows and the first lines of data files call them.
 SOURCES = {
+    "Bensmaia et al. 2005": "S. J. Bensmaia, J. C. Craig, T. Yoshioka and K. O. Johnson, SA1 and RA afferent responses to "
+    "static and vibrating gratings, J. Neurophysiol. 95 (2006) 1771-1782, online 2005, doi:10.1152/jn.00877.2005",
+    "Essick and Edin 1995": "G. K. Essick and B. B. Edin, Receptor encoding of moving tactile stimuli in humans. II. The "
+    "mean response of individual low-threshold mechanoreceptors to motion across the receptive field, J. Neurosci. 15 "
+    "(1995) 848-864, doi:10.1523/JNEUROSCI.15-01-00848.1995",
     "Freeman and Johnson 1982": "A. W. Freeman and K. O. Johnson, A model accounting for effects of vibratory "
     "amplitude on responses of cutaneous mechanoreceptors in macaque monkey, J. Physiol. 323 (1982) 43-64, "
     "doi:10.1113/jphysiol.1982.sp014060",

@@ -222,8 +222,8 @@ def hold_row(dermis, folder):
                  (touchsim.recursion(("SA1", i), touchsim.probe("ramp", 0, d, touchsim.STEP)) for i in range(4))] for d in mm}
     told = ", ".join(f"{min(u):.0f} to {max(u):.0f}" for u in units.values())
     return Row("{:.0f}, {:.0f} and {:.0f} Hz in holds of 0.5, 1 and 1.5 mm".format(*rates) + f"; TouchSim's four units {told}",
-               "The preset's afferent follows the spheres of row:spheres, which ask for rates twice as high at one strain as "
-               "TouchSim's. It fires in every hold of 0.61 mm and more", {"hold_sa1": float(rates[1])})
+               "The preset's afferent follows the spheres of row:spheres, which ask for rates more than twice as high at "
+               "one strain as TouchSim's. It fires in every hold of 0.61 mm and more", {"hold_sa1": float(rates[1])})
 
 
 def units_row(dermis, folder):
@@ -278,11 +278,11 @@ def fire_in_press(dermis, pressure, places):
 
 def edge_pass(dermis, force, endings):
     """Spikes (s) of a preset and of a sensitive FA1 afferent while an edge of 6 mm by 0.5 mm, pressed with a force (N),
-    slides at 30 mm/s over their endings, which lie 1 mm apart along its way."""
+    slides at 30 mm/s over their endings, which lie 1 mm apart along its way; and of one with the gain of row:fields."""
     edge = np.zeros((60, 240))  # it repeats itself after 24 mm, which take 0.8 s
     edge[:, 180:186] = np.array([0.5, 1, 1, 1, 1, 0.5]) * force / (6e-3 * 0.5e-3)
     tables = [f"{preset('ra')}\nendings = {endings}\n{gains('ra', factor)}"
-              for factor in (1, fitted()["ra"]["threshold_gain"])]
+              for factor in (1, fitted()["ra"]["threshold_gain"], fitted()["ra"]["field_gain"])]
     columns = [60 + 10 * n - 5 * (endings - 1) for n in range(endings)]
     load = '[load.texture]\npath = "texture.npy"\nvelocity = [0.03, 0]'
     return pressed(dermis, np.ones((60, 120)), load, 0.8, {"ra": ([30] * endings, columns)}, tables, edge)
@@ -291,12 +291,13 @@ def edge_pass(dermis, force, endings):
 def edges_row(dermis, folder):
     forces = [float(row["force"]) for row in data("edges.csv")]
     force, endings, numbers, texts = 0.05, 5, {}, []
-    for name, times in zip(("edge", "edge_sensitive"), edge_pass(dermis, force, endings)):
+    for name, times in zip(("edge", "edge_sensitive", "edge_field"), edge_pass(dermis, force, endings)):
         apart = np.diff(times) * 1e3
         ours = (len(times), np.median(apart), 1e3 / apart.min(), (times[-1] - times[0]) * 1e3)
         numbers |= {f"{name}_{key}": float(value) for key, value in zip(("spikes", "interval_ms", "peak_hz", "length_ms"), ours)}
         texts.append("{:.0f} spikes, {:.1f} ms apart, up to {:.0f} Hz, within {:.0f} ms".format(*ours))
-    return Row(f"the preset afferent {texts[0]}; the sensitive afferent {texts[1]}",
+    return Row(f"the preset afferent {texts[0]}; the sensitive afferent {texts[1]}; with the gain of "
+               f"row:fields {texts[2]}",
                f"Compatible at one chosen force: {force} N on an edge of 6 mm by 0.5 mm, and {endings} endings 1 mm apart. The "
                "force is chosen for the number of spikes, the distance for the duration, so that intervals and rates are "
                f"compared. The forces in the data, {min(forces):.1f} to {max(forces):.1f}, which must be N, are of a whole "

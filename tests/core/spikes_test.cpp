@@ -325,7 +325,7 @@ TEST_CASE("a state with a number of a fibre that no press makes is refused; what
     CHECK(refused(0, FIBRE_Y0, 1e25f).find(" of afferent 0); allowed: -1e+24 .. 1e+24") != std::string::npos);
     CHECK(refused(6, FIBRE_MEMBRANE, 1.5f).find("state = (V = 1.5 of afferent 6); allowed: -1e+30 .. 1") == 0);
     CHECK(refused(0, FIBRE_REST, -1e-6f).find("state = (refractory time = ") == 0);
-    CHECK(refused(0, FIBRE_REST, 0.01f).find("of afferent 0); allowed: 0 .. 0.00858") != std::string::npos);
+    CHECK(refused(0, FIBRE_REST, 0.01f).find("of afferent 0); allowed: 0 .. 0.00284") != std::string::npos);
     CHECK(refused(0, FIBRE_AFTER0, 0.1f).find("(after = ") != std::string::npos);
     CHECK(refused(0, FIBRE_AFTER1, 0.1f).find("of afferent 0); allowed: 0 .. 0") != std::string::npos);
     CHECK(refused(21, FIBRE_INPUT, 1e13f).find("of afferent 20); allowed: -1e+12") != std::string::npos); // an ending
