@@ -20,13 +20,12 @@ SOURCES = {
     "static and vibrating gratings, J. Neurophysiol. 95 (2006) 1771-1782, online 2005, doi:10.1152/jn.00877.2005",
     "Essick and Edin 1995": "G. K. Essick and B. B. Edin, Receptor encoding of moving tactile stimuli in humans. II. The "
     "mean response of individual low-threshold mechanoreceptors to motion across the receptive field, J. Neurosci. 15 "
-    "(1995) 848-864, doi:10.1523/JNEUROSCI.15-01-00848.1995",
+    "(1995); its abstract was seen",
     "Freeman and Johnson 1982": "A. W. Freeman and K. O. Johnson, A model accounting for effects of vibratory "
     "amplitude on responses of cutaneous mechanoreceptors in macaque monkey, J. Physiol. 323 (1982) 43-64, "
     "doi:10.1113/jphysiol.1982.sp014060",
     "Goodwin et al. 1995": "A. W. Goodwin, A. S. Browning and H. E. Wheat, Representation of curved surfaces in responses of "
-    "mechanoreceptive afferent fibers innervating the monkey's fingerpad, J. Neurosci. 15 (1995) 798-810, "
-    "doi:10.1523/JNEUROSCI.15-01-00798.1995",
+    "mechanoreceptive afferent fibers innervating the monkey's fingerpad, J. Neurosci. 15 (1995); not seen",
     "Hay and Pruszynski 2020": "E. Hay and J. A. Pruszynski, Orientation processing by synaptic integration across "
     "first-order tactile neurons, PLoS Comput. Biol. 16 (2020) e1008303, doi:10.1371/journal.pcbi.1008303",
     "Jarocka et al. 2021": "E. Jarocka, J. A. Pruszynski and R. S. Johansson, Human touch receptors are sensitive to "
