@@ -10,10 +10,8 @@ constexpr auto even_lane = [](int i) { return 2 * i; };
 constexpr auto odd_lane = [](int i) { return 2 * i + 1; };
 template <int half> constexpr auto zipped = [](int i) { return half * lanes / 2 + i / 2 + i % 2 * lanes; };
 
-// Registers cover a row of n numbers; the last one begins early, so that it ends with the row.
+// Registers cover a row of n numbers; the last one ends with the row. Of a shorter row a part is loaded, with zeros.
 inline int behind(int i, int n) { return i + lanes >= n ? n : std::min(i + lanes, n - lanes); }
-
-// A register of a row of n numbers; of a shorter row all of it, and 0.
 inline real loaded_part(const scalar* from, int n) {
     if (n >= lanes) return loaded(from);
     Wide x(scalar(0));
@@ -33,8 +31,7 @@ template <int beside> void halve_in(const HalveRow<Kernels>& h) {
         for (int k = 0; k < 7; ++k) r[k] = loaded_part(h.row[k] + i, n);
         store(h.column + i, halved(r[0], r[1], r[2], r[3], r[4], r[5], r[6]));
     }
-    for (int i = std::max(n, lanes); i < n + 6 * lanes + 8 * beside; i += lanes)
-        store(h.column + i, Wide(scalar(0)));
+    for (int i = std::max(n, lanes); i < n + 6 * lanes + 8 * beside; i += lanes) store(h.column + i, Wide(scalar(0)));
     const scalar* v = h.column + (2 * h.coarse_low - h.low) * beside; // the column of the first coarse node
     const auto node = [&](int i) { return loaded(v + i * beside); };
     if constexpr (beside > 1) {
