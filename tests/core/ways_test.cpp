@@ -328,6 +328,8 @@ TEST_CASE(
     }
     std::cout << "ways: " << count << " lists of calls, seeds from " << seed << " on" << std::endl;
     size_t spikes = 0;
+    // Endings of a fibre that fire within a rounding of the press: the first one sets the others back.
+    CHECK(differing(1375997416, &vulkan, spikes) == "");
     int different = 0;
     for (; count > 0 && different < 5; ++seed, --count) {
         const std::string what = differing(seed, seed % 4 ? nullptr : &vulkan, spikes);

@@ -86,7 +86,7 @@ inline int step_straight(const Arguments& a, int begin, int count, const scalar*
     return listed;
 }
 
-// Steps listed endings from event to event and appends their spikes. Returns the number of spikes.
+// Steps listed endings from event to event and appends their spikes, at shares of the substep. Returns their number.
 inline int step_listed(const Arguments& a, const int* list, int listed, int begin, const scalar* change, int part,
                        FibreEntry* spikes) {
     const FibreConstants& k = *a.constants;
@@ -108,15 +108,14 @@ inline int step_listed(const Arguments& a, const int* list, int listed, int begi
         each_number(end.fibre, k, [&](int p, real x) {
             for (int lane = 0; lane < used; ++lane) plane(a, p)[list[first + lane]] = x.v[lane];
         });
-        const real share = share_of(end.share, part, k);
         for (int lane = 0; lane < used; ++lane)
-            if (!(end.share.v[lane] < 0)) spikes[fired++] = {list[first + lane], share.v[lane]};
+            if (!(end.share.v[lane] < 0)) spikes[fired++] = {list[first + lane], end.share.v[lane]};
     }
     return fired;
 }
 
 // Leaves of the spikes of endings in a substep the first one of each fibre, which sets the fibre's other endings back.
-// begin: the first fibre. Returns the number of spikes that are left.
+// begin: the first fibre. Returns the number of spikes left. Shares of a press are too coarse for it.
 inline int first_of_fibres(const Arguments& a, int begin, FibreEntry* spikes, int count) {
     int kept = 0, known[together]; // the spike of each fibre
     for (int n = 0; n < count; ++n) known[spikes[n].fibre % a.of_pad - begin] = -1;
@@ -153,7 +152,8 @@ inline int press_some(const Arguments& a, int begin, int count, FibreEntry* spik
             const int listed = step_straight(a, first, count, change + e * count, part, list);
             now += step_listed(a, list, listed, first, change + e * count, part, spikes + fired + now);
         }
-        fired += a.endings > 1 ? first_of_fibres(a, begin, spikes + fired, now) : now;
+        for (int kept = a.endings > 1 ? first_of_fibres(a, begin, spikes + fired, now) : now; kept > 0; --kept, ++fired)
+            spikes[fired].share = share_of(Wide(spikes[fired].share), part, *a.constants).v[0];
     }
     return fired;
 }
