@@ -193,7 +193,7 @@ template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const
         alignas(64) real L[chunk], responses[RESPONSE_MAPS][chunk];
         if (r.tiles[QUANTITY_STRAIN]) summarize(r.strain.here + x, n, r.tiles[QUANTITY_STRAIN] + tile);
         const real* signals[RESPONSE_MAPS];
-        for (int i = 0; i < RESPONSE_MAPS; ++i) signals[i] = r.signal[i] + x;
+        for (int i = 0; i < RESPONSE_MAPS; ++i) signals[i] = wanted(i) ? r.signal[i] + x : nullptr;
         if (any) laplacian_over(r.strain, x, x + n, L);
         if (all) respond_all<passed>(n, c, r.rest_curvature + x, L, signals, responses);
         for (int i = 0; i < RESPONSE_MAPS; ++i) {
