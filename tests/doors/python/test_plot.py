@@ -13,7 +13,8 @@ SKIN = dict(preset="fingertip", grid=GRID, load={"intensity": 2e4, "radius": 10}
 TRACES = dict(SKIN, output={"probes": [[20, 15]], "fields": [{"at": at, "what": ["sa1", "deformation"]}
                                                              for at in (0.05, 0.1)]})
 FIBRES = dict(SKIN, sites=[("sa1", 20, 15), ("sa1", 22, 15), ("fa1", 5, 5)], output={"traces": []},
-              afferents=[{"type": "sa1", "cells": [[20, 15], [22, 15]], "value": 400}, {"type": "fa1", "cells": [[21, 15]]}])
+              afferents=[{"type": "sa1", "cells": [[20, 15], [22, 15]], "value": 400},
+                         {"type": "fa1", "cells": [[21, 15]]}])
 
 
 @pytest.fixture(scope="module")
