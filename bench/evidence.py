@@ -222,10 +222,10 @@ def page(rows):
     head = f"""# Published results beside ours
 
 {counted['prediction']} predictions agree; {counted['fit']} fits agree. Beside them stand {counted['other model']} comparisons with another
-model, TouchSim. [rows.csv](evidence/rows.csv) says for each row its source, its kind, the published numbers and by how much ours may
-differ, and of which rows a result was known before that was written; no row is taken out for its result. What these rows show touches a small part of
-what is known about touch: the direction of forces, slip, friction, waves that travel along the skin, noise and conduction times are not in
-the model. [MODEL.md](../host/core/description/MODEL.md) says what the model is. Afferents are nerve fibres of the skin. This page is
+model, TouchSim. For each row [rows.csv](evidence/rows.csv) gives the source, the kind, the published numbers and by how much ours may
+differ. It also names the rows whose results were known before this was written. No row is taken out for its result. These rows show a
+small part of what is known about touch. The model has no direction of forces, no slip, no friction, no waves that travel along the skin,
+no noise and no conduction times. [MODEL.md](../host/core/description/MODEL.md) says what the model is. Afferents are nerve fibres of the skin. This page is
 written by `./run evidence`. Its numbers are compared with [expected.csv](evidence/expected.csv); the test `evidence` fails where one
 changes.
 """

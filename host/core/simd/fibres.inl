@@ -115,7 +115,7 @@ inline int step_listed(const Arguments& a, const int* list, int listed, int begi
 }
 
 // Leaves of the spikes of endings in a substep the first one of each fibre, which sets the fibre's other endings back.
-// begin: the first fibre. Returns the number of spikes left. Shares of a press are too coarse for it.
+// begin: the first fibre. Returns the number of spikes left. Shares are of the substep: of the press two may be equal.
 inline int first_of_fibres(const Arguments& a, int begin, FibreEntry* spikes, int count) {
     int kept = 0, known[together]; // the spike of each fibre
     for (int n = 0; n < count; ++n) known[spikes[n].fibre % a.of_pad - begin] = -1;

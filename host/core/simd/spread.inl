@@ -10,7 +10,7 @@ constexpr auto even_lane = [](int i) { return 2 * i; };
 constexpr auto odd_lane = [](int i) { return 2 * i + 1; };
 template <int half> constexpr auto zipped = [](int i) { return half * lanes / 2 + i / 2 + i % 2 * lanes; };
 
-// Registers cover a row of n numbers; the last one ends with the row. Of a shorter row a part is loaded, with zeros.
+// Where the register behind the one at i begins in a row of n numbers: the last register ends with the row.
 inline int behind(int i, int n) { return i + lanes >= n ? n : std::min(i + lanes, n - lanes); }
 inline real loaded_part(const scalar* from, int n) {
     if (n >= lanes) return loaded(from);
