@@ -101,7 +101,7 @@ def test_daemon_threads_that_press_do_not_disturb_the_end_of_the_interpreter(dev
     assert (run.returncode, run.stderr) == (0, "")
 
 
-# Each would take many minutes: frames, frames of nerve fibres, and a step of many substeps of them.
+# Each would take minutes: frames, frames of nerve fibres, and a step of many substeps of many of them.
 STOPPED_PRESS = """
 import signal, sys
 import dermis
@@ -111,7 +111,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 side = 64
 scene = {"preset": "fingertip", "grid": {"width": side, "height": side, "spacing": 5e-4}}
 cells = [(i % side, i // side) for i in range(side * side)]
-fibres = None if sys.argv[2] == "frames" else [dermis.Afferents(cells=cells)]
+fibres = {"frames": 0, "frames of fibres": 1, "step": 32}[sys.argv[2]] * [dermis.Afferents(cells=cells)]
 skin = dermis.Skin(scene, device=sys.argv[1], afferents=fibres)
 pressure = np.full((1, side, side), 2e4, np.float32)
 skin.press(pressure[0], 0.01)
