@@ -66,7 +66,7 @@ def gains(kind, factor):
 
 
 def preset(kind):
-    return f'type = "{CLASSES[kind]}"'
+    return f'type = "{CLASSES[kind]}"\nsensitivity = "median"\nspread = 0'
 
 
 def strains(kind, um):

@@ -411,17 +411,6 @@ TEST_CASE("a scene file has fibres in its sites, and keys that replace the class
     CHECK(a.model->after[1].amplitude == 0);
 }
 
-TEST_CASE("endings join cells that are listed, not sites that are drawn anywhere on the pad") {
-    const std::string drawn = "preset = \"fingertip\"\nsites.seed = 2\n[sites.density]\nsa1 = 500\n[[afferents]]\n",
-                      cells = "cells = [[3, 4], [5, 6]]\n";
-    CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_string(drawn + "endings = 2"); }) ==
-          "scene:5: afferents[0].endings = 2; allowed: 1 with sites.density, which draws sites anywhere on the "
-          "pad; or give "
-          "the endings that belong together by cells or sites.path");
-    CHECK(Scene::from_string(drawn + "endings = 1").afferents[0].endings == 1);
-    CHECK(Scene::from_string(drawn + cells + "endings = 2").afferents[0].endings == 2);
-}
-
 TEST_CASE("a run writes spikes, fibres and rates, and removes them with the next run") {
     Scene s = vibrating_skin();
     s.sites = {{Quantity::fa2, {10, 8}}, {Quantity::sa1, {3, 3}}, {Quantity::fa2, {11, 8}}};

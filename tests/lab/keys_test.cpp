@@ -163,7 +163,8 @@ TEST_CASE("a number outside a key's range is refused by the key's name and the r
         {"0..0.5", {"-0.1", "0.6", "nan"}},
         {"-1e9..1e9", {"-1.1e9", "2e9", "nan"}},
         {"1..16384", {"0", "16385"}},
-        {"1 to 64", {"0", "65"}}};
+        {"1 to 64", {"0", "65"}},
+        {"0 to 5", {"-0.1", "5.5", "nan"}}};
     int asked = 0;
     for (const scene::KeyRow& row : scene::key_rows()) {
         const std::string range = row.allowed.substr(0, row.allowed.find("; only with"));

@@ -21,7 +21,10 @@ inline constexpr Range number{"a finite number", [](double) { return true; }},
     radians{"-1e9..1e9", [](double x) { return std::abs(x) <= 1e9; }},
     counts{"1..16384", [](double x) { return x >= 1 && x <= 16384; }},
     below_1{"a finite number < 1", [](double x) { return x < 1; }},
-    fibre_endings{"1 to 64", [](double x) { return x >= 1 && x <= 64; }};
+    fibre_endings{"1 to 64", [](double x) { return x >= 1 && x <= 64; }},
+    sensitivities{"\"median\", \"threshold\", or a number > 0, at most 1e6",
+                  [](double x) { return x > 0 && x <= 1e6; }},
+    spreads{"0 to 5", [](double x) { return x >= 0 && x <= 5; }};
 
 template <>
 inline constexpr auto rows<Grid> =
@@ -107,13 +110,19 @@ inline constexpr auto rows<AfferentModel> = std::tuple{
     Key{"membrane_time", &AfferentModel::membrane_time, "s", positive, "the class's", "of the membrane"},
     Key{"refractory_time", &AfferentModel::refractory_time, "s", positive, "the class's", "after a spike"},
     Key{"reset", &AfferentModel::reset, "", below_1, "", "of the membrane after a spike"},
+    Key{"sensitivity", Special{"float | Literal[\"median\", \"threshold\"]"}, "", sensitivities,
+        "\"threshold\"; with gains 1", "factor of the input"},
+    Key{"spread", &AfferentModel::spread, "", spreads, "the class's; with gains 0",
+        "of the logarithm of the sensitivities among the afferents"},
     Key{"after", Special{"Sequence[Mapping[str, Any]]"}, "", no_range, "none",
         "up to two currents that a spike starts"}};
 template <>
-inline constexpr auto rows<Afferents> =
-    std::tuple{Key{"type", &Afferents::type, "", no_range, "", "of the afferents"},
-               Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their endings"},
-               Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
-               Key{"endings", &Afferents::endings, "", fibre_endings, "", "of each afferent"}};
+inline constexpr auto rows<Afferents> = std::tuple{
+    Key{"type", &Afferents::type, "", no_range, "", "of the afferents"},
+    Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their endings"},
+    Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
+    Key{"endings", &Afferents::endings, "", fibre_endings, "", "of each afferent"},
+    Key{"radius", &Afferents::radius, "m", positive, "none", "around a site, in which its endings are drawn"},
+    Key{"seed", &Afferents::seed, "", no_range, "sites.seed, or 1", "of endings and sensitivities"}};
 
 } // namespace dermis::scene

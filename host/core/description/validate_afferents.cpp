@@ -30,25 +30,24 @@ void check_model(const std::string& at, const AfferentModel& m) {
     for (const auto& pair : m.gains)
         for (double gain : pair) need_finite((at + ".gains").c_str(), gain);
     for (const AfterCurrent& current : m.after) check_rows(at + ".after.", current);
+    need(finite(m.sensitivity) && sensitivities.holds(m.sensitivity), (at + ".sensitivity").c_str(), m.sensitivity,
+         sensitivities.words);
 }
 
-// Fills in the cells of the class's sites, or checks the cells given.
+// Checks the cells given, or fills in those of the class's sites, or of the endings around these.
 void take_cells(const std::string& at, const SkinDescription& d, Afferents& a) {
-    const auto index = [&](Cell c) { return size_t(c.y) * size_t(d.grid.width) + size_t(c.x); };
-    std::vector<size_t> held;
-    for (const Site& s : d.sites) held.push_back(index(s.cell));
-    std::ranges::sort(held);
-    for (size_t i = 0; i < a.cells.size(); ++i) {
-        const std::string cell = at + ".cells[" + std::to_string(i) + "]";
-        need_inside(cell, a.cells[i], d.grid);
-        if (!d.sites.empty() && !std::ranges::binary_search(held, index(a.cells[i])))
-            refuse(cell, text_of(a.cells[i]), "cells of the description's sites");
-    }
+    for (size_t i = 0; i < a.cells.size(); ++i)
+        need_inside(at + ".cells[" + std::to_string(i) + "]", a.cells[i], d.grid);
+    if (a.radius && !a.cells.empty())
+        refuse(at + ".radius", shortest(*a.radius), "none beside cells, which are endings, not middles of afferents");
     if (!a.cells.empty()) return;
     for (const Site& s : d.sites)
         if (s.type == a.type) a.cells.push_back(s.cell);
     if (a.cells.empty())
         refuse(at + ".cells", "(none)", std::string("some cells, or sites of ") + name(a.type) + " in the description");
+    if (!a.radius) return;
+    a.cells = endings_around(a.cells, a, d.grid);
+    a.radius.reset();
 }
 
 } // namespace
@@ -61,9 +60,9 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
             refuse(at + ".type", std::string("\"") + name(a.type) + "\"", receptor_class_names());
         if (!a.model) a.model = afferent_model(a.type);
         check_model(at, *a.model);
+        check_rows(at + ".", a);
         take_cells(at, d, a);
         const std::string endings = at + ".endings";
-        check_rows(at + ".", a);
         need(a.cells.size() % size_t(a.endings) == 0, endings.c_str(), a.endings,
              "a divisor of the number of cells, " + std::to_string(a.cells.size()));
     }
@@ -74,11 +73,16 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
 
 namespace dermis {
 
+double scene::threshold_sensitivity(Quantity type) {
+    return type == Quantity::sa1 ? 14.66 : type == Quantity::fa1 ? 1.415 : type == Quantity::fa2 ? 23.16 : 1;
+}
+
 // From bench/evidence/afferents.csv, which has their standard errors.
 AfferentModel afferent_model(Quantity type) {
     AfferentModel m;
     m.value = 0;
     m.rate = 1;
+    m.sensitivity = scene::threshold_sensitivity(type);
     switch (type) {
     case Quantity::sa1:
         m.time_constants = {8.499e-3, 2.905e-4};
@@ -86,12 +90,14 @@ AfferentModel afferent_model(Quantity type) {
         m.gains[0] = {0.1059, 0.01015};
         m.membrane_time = 5.472e-3;
         m.refractory_time = 2.843e-3;
+        m.spread = 0.5768;
         return m;
     case Quantity::fa1:
         m.time_constants = {1.127e-3, 3.423e-4};
         m.gains[0] = {0.2183, 0.002216};
         m.membrane_time = 8.445e-3;
         m.refractory_time = 2.559e-3;
+        m.spread = 0.5629;
         return m;
     case Quantity::fa2:
         m.time_constants = {3.371e-4};
@@ -100,6 +106,7 @@ AfferentModel afferent_model(Quantity type) {
         m.gains = {{{0, 0}, {4.341e-3, 5.5e-7}, {0, 0}}};
         m.membrane_time = 1.241e-3;
         m.refractory_time = 3.16e-3;
+        m.spread = 1.275;
         return m;
     default:
         scene::refuse("afferents.type", std::string("\"") + name(type) + "\"",

@@ -2,6 +2,7 @@
 #include "host/core/model/fibres.hpp"
 
 #include "host/core/base/watch.hpp"
+#include "host/core/description/description.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,10 @@ namespace dermis::model {
 
 FibreKind kind_of(const Afferents& a) {
     const size_t endings = size_t(a.endings);
-    return {.model = *a.model, .count = a.cells.size() / endings, .endings = endings};
+    return {.model = *a.model,
+            .count = a.cells.size() / endings,
+            .endings = endings,
+            .sensitivities = scene::sensitivities_of(a)};
 }
 
 template <class K>

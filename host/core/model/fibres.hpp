@@ -32,7 +32,8 @@ template <class Constants> int passes_of_substep(const Constants& k) {
 struct FibreKind {
     AfferentModel model;
     size_t count;
-    size_t endings = 1; // of each
+    size_t endings = 1;                     // of each
+    std::vector<double> sensitivities = {}; // of each fibre: factors of its inputs, for those who set them
 };
 FibreKind kind_of(const Afferents&); // that were validated
 

@@ -49,7 +49,7 @@ PairRow after_of(const AfferentModel& m) {
 
 void make_model(AfferentModel* self, const Numbers& time_constants, std::optional<double> frequency,
                 std::optional<double> quality, double value, double rate, const Pairs& gains, double membrane_time,
-                double refractory_time, double reset, const Pairs& after) {
+                double refractory_time, double reset, const Pairs& after, double sensitivity, double spread) {
     new (self) AfferentModel{.time_constants = numbers_in(time_constants, "time_constants"),
                              .frequency = frequency,
                              .quality = quality,
@@ -59,7 +59,9 @@ void make_model(AfferentModel* self, const Numbers& time_constants, std::optiona
                              .membrane_time = membrane_time,
                              .refractory_time = refractory_time,
                              .reset = reset,
-                             .after = after_in(after)};
+                             .after = after_in(after),
+                             .sensitivity = sensitivity,
+                             .spread = spread};
 }
 
 void bind_model(nb::module_& m) {
@@ -75,7 +77,7 @@ void bind_model(nb::module_& m) {
              nb::arg("frequency").none() = nb::none(), nb::arg("quality").none() = nb::none(), nb::arg("value") = 1.0,
              nb::arg("rate") = 0.0, nb::arg("gains") = nb::make_tuple(nb::make_tuple(1.0, 0.0), zeros, zeros),
              nb::arg("membrane_time"), nb::arg("refractory_time"), nb::arg("reset") = 0.0,
-             nb::arg("after") = nb::tuple())
+             nb::arg("after") = nb::tuple(), nb::arg("sensitivity") = 1.0, nb::arg("spread") = 0.0)
         .def_prop_rw(
             "time_constants", [](const AfferentModel& a) { return row_of<Row<double>>(a.time_constants); },
             [](AfferentModel& a, const Numbers& times) { a.time_constants = numbers_in(times, "time_constants"); },
@@ -92,6 +94,10 @@ void bind_model(nb::module_& m) {
         .def_rw("membrane_time", &AfferentModel::membrane_time, "s, > 0")
         .def_rw("refractory_time", &AfferentModel::refractory_time, "s, > 0")
         .def_rw("reset", &AfferentModel::reset, "a number < 1: V after a spike")
+        .def_rw("sensitivity", &AfferentModel::sensitivity, "factor of q, > 0, at most 1e6")
+        .def_rw("spread", &AfferentModel::spread,
+                "0 to 5: the standard deviation of the natural logarithm of the sensitivities among the afferents, "
+                "which are drawn; 0: all are alike")
         .def_prop_rw(
             "after", after_of, [](AfferentModel& a, const Pairs& after) { a.after = after_in(after); },
             "at most two pairs (amplitude, time): each spike starts the current amplitude*exp(-t/time); time: s, > 0");
@@ -108,12 +114,14 @@ void bind_afferents(nb::module_& m) {
         .def(
             "__init__",
             [](Afferents* self, string_view type, const AfferentModel* model, const Items& cells, string_view follow,
-               int endings) {
+               int endings, std::optional<double> radius, int seed) {
                 Afferents made{.type = value_named<Quantity>("type", type),
                                .model = {},
                                .cells = {},
                                .follow = value_named<Signal>("follow", follow),
-                               .endings = endings};
+                               .endings = endings,
+                               .radius = radius,
+                               .seed = seed};
                 if (model) made.model = *model;
                 for (const auto& [x, y] :
                      items_of<std::tuple<int, int>>(cells, "cells", "a list of cells, as in [(12, 40)]"))
@@ -122,11 +130,13 @@ void bind_afferents(nb::module_& m) {
             },
             nb::kw_only(), nb::arg("type") = "sa1", nb::arg("model").none() = nb::none(),
             nb::arg("cells") = nb::tuple(), nb::arg("follow") = "strain", nb::arg("endings") = 1,
+            nb::arg("radius").none() = nb::none(), nb::arg("seed") = 1,
             nb::sig("def __init__(self, *, type: dermis._typing.ReceptorType = \"sa1\", "
                     "model: AfferentModel | None = None, "
                     "cells: collections.abc.Sequence[collections.abc.Sequence[int]] | "
                     "numpy.typing.NDArray[numpy.integer] = (), "
-                    "follow: dermis._typing.Signal = \"strain\", endings: int = 1) -> None"))
+                    "follow: dermis._typing.Signal = \"strain\", endings: int = 1, radius: float | None = None, "
+                    "seed: int = 1) -> None"))
         .def_prop_ro(
             "type", [](const Afferents& a) { return name(a.type); },
             nb::sig("def type(self) -> dermis._typing.ReceptorType"),
@@ -151,12 +161,16 @@ void bind_afferents(nb::module_& m) {
             "rest.")
         .def_ro("endings", &Afferents::endings,
                 "Endings of each afferent, 1 to 64, taken in their order. The first one whose V reaches 1 fires the "
-                "afferent.");
+                "afferent.")
+        .def_ro("radius", &Afferents::radius,
+                "m, or cells without a spacing: each site of the class is then the middle of an afferent, whose "
+                "endings are drawn within the radius, on the grid. None with cells.")
+        .def_ro("seed", &Afferents::seed, "Of the endings and sensitivities that are drawn.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
         nb::arg("type"), nb::sig("def afferent_model(type: dermis._typing.ReceptorType) -> AfferentModel"),
         "Return the parameters of a class, fitted to published thresholds and rates. type: \"sa1\", \"fa1\" or "
-        "\"fa2\".");
+        "\"fa2\". The sensitivity is that of the afferents whose thresholds were measured; 1 gives the median one.");
 }
 
 } // namespace dermis::python

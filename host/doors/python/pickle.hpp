@@ -26,8 +26,8 @@ DERMIS_MEMBERS(Receptors, sa2_adaptation, fa2, fa2_gains, depth, kernel, poisson
 DERMIS_MEMBERS(Site, type, cell)
 DERMIS_MEMBERS(AfterCurrent, amplitude, time)
 DERMIS_MEMBERS(AfferentModel, time_constants, frequency, quality, value, rate, gains, membrane_time, refractory_time,
-               reset, after)
-DERMIS_MEMBERS(Afferents, type, model, cells, follow, endings)
+               reset, after, sensitivity, spread)
+DERMIS_MEMBERS(Afferents, type, model, cells, follow, endings, radius, seed)
 DERMIS_MEMBERS(Envelope::Window, start, rise, until, fall)
 DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values, window)
 DERMIS_MEMBERS(Grating, wavelength, direction, velocity, amplitudes, phases)

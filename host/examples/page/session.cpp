@@ -33,20 +33,13 @@ SkinDescription description(const Settings& s) {
     return d;
 }
 
-// The afferents of a fingertip. bench/evidence/afferents.csv has the gains of a median afferent of each class, and a
-// factor, threshold_gain, which makes them as sensitive as the afferents whose thresholds were measured.
+// The afferents of a fingertip.
 std::vector<Afferents> afferents(const Grid& grid) {
-    struct Kind {
-        Quantity type;
-        double gain;
-    };
     std::vector<Afferents> all;
-    for (const Kind& kind : {Kind{Quantity::sa1, 14.66}, Kind{Quantity::fa1, 1.415}, Kind{Quantity::fa2, 23.16}}) {
-        all.push_back({.type = kind.type, .model = afferent_model(kind.type)});
-        for (auto& gains : all.back().model->gains)
-            for (double& gain : gains) gain *= kind.gain;
+    for (const Quantity type : {Quantity::sa1, Quantity::fa1, Quantity::fa2}) {
+        all.push_back({.type = type});
         for (const Site& site : population(grid))
-            if (site.type == kind.type) all.back().cells.push_back(site.cell);
+            if (site.type == type) all.back().cells.push_back(site.cell);
     }
     return all;
 }

@@ -73,7 +73,7 @@ std::string npy_of(const std::vector<double>& map, int width, int height) {
 struct Fibre {
     size_t entry; // of Scene::afferents
     Quantity type;
-    double x, y; // cells: the mean of its endings
+    double x, y; // cells: its site, around which its endings were drawn, or the mean of its endings
     long long spikes;
 };
 
@@ -84,10 +84,11 @@ std::vector<Fibre> fibres_of(const Scene& s, const Result& r) {
         std::vector<Cell> cells = a.cells;
         for (const Site& site : s.sites)
             if (a.cells.empty() && site.type == a.type) cells.push_back(site.cell);
+        const int listed = a.radius ? 1 : a.endings;
         for (size_t n = 0; n < cells.size(); ++n) {
-            if (n % size_t(a.endings) == 0) fibres.push_back({i, a.type, 0, 0, 0});
-            fibres.back().x += double(cells[n].x) / a.endings;
-            fibres.back().y += double(cells[n].y) / a.endings;
+            if (n % size_t(listed) == 0) fibres.push_back({i, a.type, 0, 0, 0});
+            fibres.back().x += double(cells[n].x) / listed;
+            fibres.back().y += double(cells[n].y) / listed;
         }
     }
     for (const FiredSpike& spike : r.spikes) ++fibres[size_t(spike.afferent)].spikes;

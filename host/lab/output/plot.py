@@ -131,7 +131,7 @@ def run_of(result: Any) -> Run:
     fibres = []
     for a in scene.afferents:
         cells = len(a.cells) or sum(kind == a.type for kind, _, _ in scene.sites)
-        fibres += [a.type] * (cells // a.endings)
+        fibres += [a.type] * (cells if a.radius else cells // a.endings)
     facts = {"grid": f"{scene.width} x {scene.height} cells", "steps": str(result.steps), "model": result.model,
              "precision": result.precision, "device": result.device.name,
              "time of stepping": f"{result.seconds:.3g} s"}

@@ -155,18 +155,22 @@ class FibreSteps {
         : regular_(regular), spikes_(spikes), fibres_(kinds_of(group, all), 1, std::max(threads, 1), simd::best()) {
         int first = 0;
         for (size_t i = 0; i < all.size(); ++i) {
-            const int count = int(model::kind_of(all[i]).count);
+            const int count = int(all[i].cells.size()) / all[i].endings;
             const bool of_group = std::ranges::count(group.entries, i) > 0;
             for (int k = 0; k < count && of_group; ++k) numbers_.push_back(first + k);
-            if (of_group) endings_ += all[i].cells.size();
+            if (of_group)
+                for (const double s : scene::sensitivities_of(all[i]))
+                    sensitivities_.insert(sensitivities_.end(), size_t(all[i].endings), s);
             first += count;
         }
+        inputs_.resize(sensitivities_.size());
     }
 
     void operator()(const model::Step& step, const model::Sample& sample) {
         if (step.impulse >= 0 || !(step.time > time_)) return; // nothing lasts
-        const double* inputs = sample.points.data() + size_t(QUANTITY_SA1) * endings_;
-        if (!std::all_of(inputs, inputs + endings_, [](double q) { return std::isfinite(q); }))
+        const double* felt = sample.points.data() + size_t(QUANTITY_SA1) * inputs_.size();
+        for (size_t i = 0; i < inputs_.size(); ++i) inputs_[i] = sensitivities_[i] * felt[i];
+        if (!std::ranges::all_of(inputs_, [](double q) { return std::isfinite(q); }))
             throw Error(Error::Code::bad_input, "",
                         "the input of an afferent overflows at t = " + shortest(step.time) +
                             " s; allowed: loads and materials whose strains stay below 1.8e308");
@@ -177,7 +181,7 @@ class FibreSteps {
             scene::refuse("time.step", shortest(dt),
                           "at most 65536 refractory times or quarters of the shortest time constant of the "
                           "afferents, and models whose coefficients fit a double");
-        fibres_.set_input(0, inputs);
+        fibres_.set_input(0, inputs_.data());
         fibres_.forget_spikes();
         fibres_.press(0, 1);
         for (const auto& s : fibres_.spikes())
@@ -194,8 +198,8 @@ class FibreSteps {
     const double regular_; // s: from output to output
     std::vector<FiredSpike>& spikes_;
     cpu::Fibres<f64> fibres_;
-    std::vector<int> numbers_; // in the list, of each fibre of the group
-    size_t endings_ = 0;       // of all fibres of the group
+    std::vector<int> numbers_;                   // in the list, of each fibre of the group
+    std::vector<double> sensitivities_, inputs_; // of each ending of the group
     double time_ = 0;
 };
 

@@ -187,7 +187,7 @@ Site site_in(const toml::node& node, const std::string& parameter, const Grid& g
     return {*type, {at(1), at(2)}};
 }
 
-std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& folder) {
+std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& folder, int& seed) {
     const bool by_density = table.has("density") || table.has("seed");
     std::vector<Site> listed;
     if (const auto path = table.text("path")) {
@@ -200,7 +200,6 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     if (std::any_of(std::begin(receptor_classes), std::end(receptor_classes), named)) density = {0, 0, 0, 0};
     read_rows<Density>(densities, density, &grid);
     densities.finish();
-    int seed = 1;
     table.value("seed", seed, whole_number_in);
     table.finish();
     return by_density ? population(grid, density, static_cast<unsigned long long>(seed)) : listed;
@@ -217,17 +216,30 @@ template <class T, size_t n> void read_up_to(Section& table, const char* key, st
     std::ranges::copy(given, values.begin());
 }
 
-// Keys of the model replace the numbers of the class. drawn: the sites are drawn by density.
-Afferents afferents_in(Section table, const Grid& grid, bool drawn) {
+// Reads a factor, or the word for one.
+void read_sensitivity(Section& table, Quantity type, double& factor) {
+    const std::optional<std::string> word = table.has_text("sensitivity") ? table.text("sensitivity") : std::nullopt;
+    if (!word) return table.number("sensitivity", factor);
+    table.permit("sensitivity", word == "median" || word == "threshold", sensitivities.words);
+    factor = word == "median" ? 1 : threshold_sensitivity(type);
+}
+
+// Keys of the model replace the numbers of the class. Gains are those of all afferents, if nothing else is said.
+// sites: the table of that name, which has a seed.
+Afferents afferents_in(Section table, const Grid& grid, const Section& sites, int seed) {
     Afferents a;
+    a.seed = seed;
     read_rows<Afferents>(table, a, &grid);
-    if (a.endings != 1 && drawn && !table.has("cells"))
+    table.permit("radius", !sites.has("path"), "none with sites.path, a list of endings");
+    if (a.endings != 1 && !a.radius && !table.has("cells") && (sites.has("density") || sites.has("seed")))
         refuse(table.parameter("endings"), std::to_string(a.endings),
-               "1 with sites.density, which draws sites anywhere on the pad; or give the endings that belong "
-               "together by cells or sites.path");
+               "1 with sites.density, unless a line radius = \"1.5 mm\" says how far around their site the endings "
+               "of an afferent lie; or the endings that belong together by cells or sites.path");
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
+    if (table.has("gains")) m.sensitivity = 1, m.spread = 0;
     read_rows<AfferentModel>(table, m, &grid);
+    read_sensitivity(table, a.type, m.sensitivity);
     read_up_to(table, "gains", m.gains, {0, 0});
     read_up_to(table, "after", m.after, AfterCurrent());
     table.finish();
@@ -263,13 +275,13 @@ Scene read_all(Section top, const PathBase& folder) {
     read_table<Time>(time, scene.time, scene.grid);
     read_table<CurvatureTable>(curvature, scene, scene.grid);
     read_table<Receptors>(receptors, scene.receptors, scene.grid);
-    scene.sites = sites_in(sites, scene.grid, folder);
+    int seed = 1;
+    scene.sites = sites_in(sites, scene.grid, folder, seed);
     if (top.has_list("sites"))
         top.list("sites", scene.sites,
                  [&](const toml::node& node, const auto& name) { return site_in(node, name, scene.grid); });
     read_table<Output>(output, scene.output, scene.grid);
-    const bool drawn = sites.has("density") || sites.has("seed");
-    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid, drawn));
+    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid, sites, seed));
     if (!fibres) scene.afferents.clear(); // of no table
     return scene;
 }

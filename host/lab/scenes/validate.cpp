@@ -277,17 +277,12 @@ void check_output(const Scene& s) {
     for (const auto& [at, what] : fields) need_each_once("output.fields.what", what, " at " + shortest(at) + " s");
 }
 
-// Fills in models and cells of nerve fibres. Their cells need not be those of sites.
+// Fills in models and cells of nerve fibres.
 void check_afferents(Scene& s) {
     if (s.afferents.empty()) return;
     if (s.method != Method::exact)
         refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with afferents");
-    for (Afferents& a : s.afferents)
-        for (size_t i = 0, own = a.cells.size(); own == 0 && i < s.sites.size(); ++i)
-            if (s.sites[i].type == a.type) a.cells.push_back(s.sites[i].cell);
-    SkinDescription without_sites;
-    without_sites.grid = s.grid;
-    s.afferents = validated_afferents(without_sites, std::move(s.afferents));
+    s.afferents = validated_afferents(s, std::move(s.afferents));
     const bool rests = is_uniform(s.material) && modulus_at_rest(chain_of(s.material)) > 0 &&
                        (s.load.control == Control::pressure || has_spring(s.material));
     for (size_t i = 0; !rests && i < s.afferents.size(); ++i)

@@ -96,6 +96,7 @@ template <class Sink> class RowWriter {
         return {};
     }
     std::optional<Value> special(const std::string& name, std::string_view key, const AfferentModel& m) {
+        if (key == "sensitivity") return to_.value(m.sensitivity);
         return key == "gains" ? written(name, m.gains) : written(name, m.after);
     }
 
