@@ -2,6 +2,7 @@
 // labels: device threads
 // The spikes of a Skin's nerve fibres.
 #include "host/core/cpu/fibres.hpp"
+#include "host/core/description/description.hpp"
 #include "tests/allocations.hpp"
 #include "tests/support.hpp"
 
@@ -71,10 +72,8 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
         const SkinDescription d = finger();
         Skin skin(device, d, spiking());
         std::vector<model::FibreKind> kinds;
-        for (const Afferents& a : three_classes())
-            kinds.push_back({.model = afferent_model(a.type),
-                             .count = a.cells.size() / size_t(a.endings),
-                             .endings = size_t(a.endings)});
+        const std::vector<Afferents> all = scene::validated_afferents(d, three_classes());
+        for (const Afferents& a : all) kinds.push_back(model::kind_of(a));
         cpu::Fibres<f32> alone(kinds, 1, 1, simd::best());
         size_t fired = 0;
         for (int n = 0; n < 200; ++n) {
@@ -82,9 +81,12 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
             const std::vector<float> depth = depths(n, 0.001);
             skin.press(depth, dt);
             std::vector<float> inputs;
-            for (const Afferents& a : three_classes())
-                for (const Cell c : a.cells)
-                    inputs.push_back(depth[size_t(c.y * side + c.x)] / float(*d.material.thickness));
+            for (size_t k = 0; k < all.size(); ++k)
+                for (size_t i = 0; i < all[k].cells.size(); ++i) {
+                    const Cell c = all[k].cells[i];
+                    inputs.push_back(float(kinds[k].sensitivities[i / kinds[k].endings]) *
+                                     (depth[size_t(c.y * side + c.x)] / float(*d.material.thickness)));
+                }
             REQUIRE(alone.prepare(dt));
             alone.set_input(0, inputs.data());
             alone.forget_spikes();
@@ -95,7 +97,9 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
                 CHECK(spikes[i].pad == 0);
                 CHECK(spikes[i].frame == 0);
                 CHECK(spikes[i].afferent == alone.spikes()[i].fibre);
-                CHECK(spikes[i].share == alone.spikes()[i].share);
+                // a step may round a strain otherwise than this quotient, which moves a spike by a place or two of the
+                // search
+                CHECK(std::abs(spikes[i].share - alone.spikes()[i].share) * dt < 1e-7);
                 CHECK(spikes[i].share > 0);
                 CHECK(spikes[i].share <= 1);
             }

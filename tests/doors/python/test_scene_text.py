@@ -42,7 +42,9 @@ BASES = [
     METRES | {"load": {"kind": "ball", "control": "depth", "ball_radius": 1e-3, "intensity": 1e-5, "envelope": "ramp"}, "output": {"traces": ["sa1"]}},
     SMALL | {"output": {"fields": [{"at": 0.5, "what": ["sa1"]}]}}, FIBRES, FIBRES | {"afferents": [{"type": "sa1"}]},
     FIBRES | {"afferents": [{"type": "fa2", "frequency": 200.0, "quality": 1.0, "time_constants": [1e-3],
-                              "membrane_time": 2e-3, "gains": [[0.5, -0.0]], "after": [{"amplitude": -1.0, "time": 0.1}]}]},
+                              "membrane_time": 2e-3, "refractory_time": 1e-3, "gains": [[0.5, -0.0]], "after": [{"amplitude": -1.0, "time": 0.1}]}]},
+    FIBRES | {"afferents": [{"type": "sa1", "follow": "strain", "endings": 3, "radius": 2.5, "seed": 4, "sensitivity": "median",
+                              "spread": 0.5}]},
     FIBRES | {"afferents": [{"type": "sa1"}, {"type": "fa2", "cells": [[3, 4], [0, 8]], "endings": 2}]},
     dermis.fingertip(),
 ]
