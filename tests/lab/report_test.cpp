@@ -182,6 +182,28 @@ TEST_CASE("a figure outside its range is a warning, and one within is none") {
     CHECK(warned(s, "is 2e-05 s, and skin's lie in 0.1 ms to 20 s"));
 }
 
+TEST_CASE(
+    "a run whose ridges change no spike says so, unless its load touches crests, or it has no ridges or no spikes") {
+    const auto warned = [](const Scene& s) {
+        for (const std::string& sentence : output::warnings(s, run(s)))
+            if (sentence.find("the ridges of the surface change no spike") != sentence.npos) return true;
+        return false;
+    };
+    Scene s = pressed_tip();
+    CHECK_FALSE(warned(s));
+    s.afferents = {{.type = Quantity::sa1, .model = {}, .cells = {{20, 20}}}};
+    CHECK(warned(s));
+    const std::vector<FiredSpike> ridged = run(s).spikes;
+    Scene flat = s;
+    flat.surface = {.kind = Surface::Kind::flat, .relief = s.surface.relief};
+    CHECK_FALSE(warned(flat));
+    const std::vector<FiredSpike> even = run(flat).spikes; // and it is true
+    REQUIRE(ridged.size() == even.size());
+    for (size_t i = 0; i < even.size(); ++i) CHECK(ridged[i].time == even[i].time);
+    s.load.contact = Load::Contact::crests;
+    CHECK_FALSE(warned(s));
+}
+
 TEST_CASE("summary.json holds the report") {
     const Folder folder;
     const std::string scene =

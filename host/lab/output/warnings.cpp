@@ -2,6 +2,7 @@
 #include "host/lab/output/output.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/ranges.h>
@@ -108,6 +109,16 @@ void add_depths(Sentences& all, const Load& l) {
             "is; load.kind = \"punch\" or \"ball\" presses a half-space");
 }
 
+// Ridges act on spikes through the contact alone: fibres have no gain by curvature.
+void add_unfelt_ridges(Sentences& all, const Scene& s, const Report& report) {
+    const auto on_crests = [](const Load& l) { return l.contact == Load::Contact::crests; };
+    if (s.afferents.empty() || !std::isfinite(report.cells_per_ridge.value) || on_crests(s.load) ||
+        std::ranges::any_of(s.more_loads, on_crests))
+        return;
+    all.push_back("the ridges of the surface change no spike, because they touch as their valleys do: with a pressure "
+                  "load.contact = \"crests\" lets the crests touch alone");
+}
+
 void add_interval(Sentences& all, const Scene& s) {
     if (s.load.kind != Load::Kind::sequence || !s.load.interval) return;
     const double interval = *s.load.interval, frames = std::floor(s.time.duration / interval) + 1; // frames reached
@@ -158,6 +169,7 @@ std::vector<std::string> warnings(const Scene& scene, const Result& result) {
     add_indentation(all, scene.load, judged);
     add_texture(all, scene.load);
     add_depths(all, scene.load);
+    add_unfelt_ridges(all, scene, judged);
     add_interval(all, scene);
     return all;
 }

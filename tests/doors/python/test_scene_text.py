@@ -106,7 +106,7 @@ def keys_of(tables, prefix=""):
 
 def test_a_scene_of_any_keys_is_read_from_its_text_as_an_equal_scene(tmp_path, files):
     draw, seen, equal = random.Random(1), set(), 0
-    for i in range(9000):
+    for i in range(12000):
         base = (BASES + files)[i % len(BASES + files)]
         try:
             tables = base if i < len(BASES + files) or isinstance(base, dermis.Scene) else changed(draw, base)
