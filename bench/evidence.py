@@ -176,15 +176,12 @@ def press_row(dermis, folder):
     even = (np.hypot(y - 81, x - 66) * spacing <= radius) * force / (np.pi * radius**2)
     depth = float(rows[0]["depth_mm"]) * 1e-3
     centre = below(dermis, flat_punch(width, height, spacing, radius, force), spacing, (depth,))[0][81, 66] / 1e3
-    random, numbers, at = np.random.default_rng(1), {"punch_kpa": centre}, {}
-    for row, density in zip(rows, (70, 140, 25)):  # per cm2, as the preset's
-        count = round(density * width * height * spacing**2 * 1e4)
-        at[row["class"]] = random.integers(0, height, count), random.integers(0, width, count)
-    for name, some in zip(("", "_sensitive"), spikes.fire_in_press(dermis, even, at)):
-        numbers |= {f"press_{kind}{name}": 100 * n / len(at[kind][0]) for kind, n in zip(at, some)}
-    sensitive = ", ".join(f"{numbers[f'press_{kind}_sensitive']:.0f}" for kind in at)
-    return Row(f"of sensitive afferents {sensitive} %", "The preset's afferents with a single ending each, at 0.3, 0.5 and 2 mm; "
-               "the press takes 50 ms. TouchSim itself has fields of 0 to 2.4 mm2 (SA1) and 0 to 5.9 mm2 (RA) where "
+    alike, ours = spikes.fire_in_press(dermis, even)
+    numbers = {"punch_kpa": centre, **{f"press_{kind}": share for kind, share in ours.items()},
+               **{f"press_{kind}_alike": share for kind, share in alike.items()}}
+    return Row("of single endings like the median's " + ", ".join(f"{alike[row['class']]:.0f}" for row in rows) + " %",
+               "Afferents have the endings of row:fields and the sensitivities, and their spread, that dermis gives, at 0.3, 0.5 "
+               "and 2 mm; the press takes 50 ms. TouchSim itself has fields of 0 to 2.4 mm2 (SA1) and 0 to 5.9 mm2 (RA) where "
                "monkeys have those of row:fields. For FA2 it has waves that travel along the skin, which dermis does not have", numbers)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image  # matplotlib's own requirement
 
 WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
-PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 1.2e4  # of the grating, m; m/s; Pa
+PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 2e4  # of the grating, m; m/s; Pa
 TOUCH, SLIDE, STOP, LIFT, END = 0.1, 0.3, 0.8, 1.0, 1.2  # s
 CLASSES = {"sa1": ("SA1", "#0072B2"), "fa1": ("FA1", "#D55E00"), "fa2": ("FA2", "#009E73")}
 SCENE = f"""
@@ -37,15 +37,16 @@ interval = {INTERVAL}
 depth = "fingertip"
 [sites]
 density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
-[[afferents]] # sensitive afferents: bench/evidence/afferents.csv
+[[afferents]]
 type = "sa1"
-gains = [[1.553, 0.1488]]
+endings = 10 # the fields of bench/evidence/afferents.csv
+radius = "1.4 mm"
 [[afferents]]
 type = "fa1"
-gains = [[0.309, 0.003]]
+endings = 11
+radius = "3 mm"
 [[afferents]]
 type = "fa2"
-gains = [[0, 0], [0.1, 0]]
 [time]
 step = {INTERVAL}
 duration = {END}

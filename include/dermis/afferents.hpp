@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Afferents, nerve fibres of the skin, which turn what acts at their endings into spikes. Part of dermis.hpp.
 //
-//     w = s*(value*q + rate*q')             q: the strain at the ending, or the stress over the modulus at rest
+//     w = s*(value*q + sensitivity*rate*q')   q: the strain at the ending, or the stress over the modulus at rest
 //     y = F(w)                              F: a low-pass of 1 to 3 poles, whose gain is 1 at frequency 0
 //     I = sum over j = 0, 1, 2 of  gains[j][0]*max(y_j, 0) + gains[j][1]*max(-y_j, 0)       y_j: the j-th derivative
 //     membrane_time*V' = -V + I + after     V = 1: a spike; then V = reset for refractory_time
 //
-// s is the afferent's sensitivity: that of its model times e^(spread*n), with a standard normal number n that is drawn
-// by a seed. An afferent with several endings has such a q, y and V for each of them. It fires when the first V reaches
-// 1, and a spike sets the V of all endings back. In a Skin an s*q beyond 1e12 counts as 1e12.
+// s differs among the afferents: it is e^(spread*n), with a standard normal number n that is drawn by a seed. An
+// afferent with several endings has such a q, y and V for each of them. It fires when the first V reaches 1, and a
+// spike sets the V of all endings back. In a Skin an s*q beyond 1e12 counts as 1e12.
 //
 // Between frames q runs along a line, for which the filter is exact at the end of a step. A spike's time is the time at
 // which V of this continuous model reaches 1: to about 1 us in a Skin; in a scene to 1e-10 s where q runs along lines,
@@ -40,15 +40,15 @@ struct AfferentModel {
     double refractory_time = 0; // s, > 0
     double reset = 0;           // < 1
     std::array<AfterCurrent, 2> after;
-    // A factor of the input of all afferents, > 0, at most 1e6; and the standard deviation of the natural logarithm of
-    // their sensitivities, 0 to 5. 0: all are alike.
+    // A factor of the rate, > 0, at most 1e6: how much smaller a change may be than for the median afferent. And the
+    // standard deviation of the natural logarithm of s among the afferents, 0 to 5. 0: all are alike.
     double sensitivity = 1, spread = 0;
 };
 
 // The parameters of a class, fitted to published thresholds and rates (bench/evidence/afferents.csv): sa1, fa1 (called
-// RA in monkeys) and fa2 (PC). The gains are those of the median afferent of a study. The sensitivity is that of the
-// afferents whose thresholds were measured, with which gentle presses make afferents fire; 1 gives the median. Throws
-// Error::bad_input for any other quantity.
+// RA in monkeys) and fa2 (PC). The sensitivity is that of the afferents whose
+// thresholds for vibrations were measured, with which gentle presses make afferents fire; 1 gives the median afferent
+// of a study of rates. Throws Error::bad_input for any other quantity.
 DERMIS_API AfferentModel afferent_model(Quantity);
 
 // Afferents of one class, each with one ending or with several that follow each other in the list. Afferents are
@@ -72,7 +72,7 @@ struct Afferents {
     // middle of an afferent. Its endings are the cells of points that are drawn, with equal probability, from the part
     // of the circle with this radius that lies on the grid.
     std::optional<double> radius;
-    // Of the endings and sensitivities that are drawn. A seed gives the same ones on every machine. What is drawn for
+    // Of the endings and factors s that are drawn. A seed gives the same ones on every machine. What is drawn for
     // an afferent follows from the seed, its class and its place in this entry alone.
     int seed = 1;
 };

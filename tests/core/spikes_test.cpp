@@ -84,7 +84,7 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
             for (size_t k = 0; k < all.size(); ++k)
                 for (size_t i = 0; i < all[k].cells.size(); ++i) {
                     const Cell c = all[k].cells[i];
-                    inputs.push_back(float(kinds[k].sensitivities[i / kinds[k].endings]) *
+                    inputs.push_back(float(kinds[k].factors[i / kinds[k].endings]) *
                                      (depth[size_t(c.y * side + c.x)] / float(*d.material.thickness)));
                 }
             REQUIRE(alone.prepare(dt));

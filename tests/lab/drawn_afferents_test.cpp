@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // labels: device
-// What is drawn of afferents: the endings around the sites, and the sensitivities.
+// What is drawn of afferents: the endings around the sites, and the factors of their input.
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/description.hpp"
 #include "host/lab/output/earlier.hpp"
@@ -32,12 +32,11 @@ std::vector<Cell> drawn(const Grid& grid, const std::vector<Cell>& middles, cons
 
 double distance(Cell a, Cell b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
-std::vector<double> sensitivities(size_t count, double spread, int seed, Quantity type = Quantity::fa1) {
+std::vector<double> factors(size_t count, double spread, int seed, Quantity type = Quantity::fa1) {
     Afferents a{.type = type, .model = afferent_model(type), .cells = {}, .seed = seed};
     a.cells.resize(count);
-    a.model->sensitivity = 1;
     a.model->spread = spread;
-    return scene::sensitivities_of(a);
+    return scene::drawn_factors(a);
 }
 
 double normal_share(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); } // of numbers below x
@@ -83,10 +82,10 @@ Scene pressed_fields() {
 
 } // namespace
 
-TEST_CASE("as many of 500 fibres fire as have a sensitivity above the amplitude's: the normal share of its logarithm") {
+TEST_CASE("as many of 500 fibres fire as have a factor above the amplitude's: the normal share of its logarithm") {
     for (const Quantity type : {Quantity::sa1, Quantity::fa1, Quantity::fa2}) {
         const double spread = afferent_model(type).spread;
-        double silent = 1e-6, fires = 10; // strains of a fibre with a sensitivity of 1
+        double silent = 1e-6, fires = 10; // strains of a fibre whose factor is 1
         while (fires > 1.001 * silent) {
             const double middle = std::sqrt(silent * fires);
             (share_that_fires(vibrating_cell(type, middle, 1, 0)) > 0 ? fires : silent) = middle;
@@ -103,9 +102,30 @@ TEST_CASE("as many of 500 fibres fire as have a sensitivity above the amplitude'
     }
 }
 
-TEST_CASE("the logarithms of sensitivities are normal, with the spread as their standard deviation") {
+TEST_CASE(
+    "afferents that are sensitive to change fire from a smaller vibration on, and in a hold as fast as the median's") {
+    const auto spikes = [](double sensitivity, Envelope envelope, double strain) {
+        Scene s = vibrating_cell(Quantity::sa1, strain, 1, 0);
+        s.load.envelope = std::move(envelope);
+        s.time.duration = 1;
+        s.afferents[0].model->sensitivity = sensitivity;
+        std::vector<FiredSpike> late = run(s).spikes; // once y is at rest
+        std::erase_if(late, [](const FiredSpike& spike) { return spike.time < 0.2; });
+        return late.size();
+    };
+    const double sensitive = scene::threshold_sensitivity(Quantity::sa1);
+    const Envelope hold{.kind = Envelope::Kind::ramp, .rise = 0.01},
+        sine = vibrating_cell(Quantity::sa1, 1, 1, 0).load.envelope;
+    for (const double strain : {0.5, 0.6, 1.0, 3.0})
+        CHECK(std::abs(int(spikes(sensitive, hold, strain)) - int(spikes(1, hold, strain))) <= 1);
+    CHECK(spikes(1, hold, 0.6) > 10);
+    CHECK(spikes(1, sine, 0.02) == 0);
+    CHECK(spikes(sensitive, sine, 0.02) > 10);
+}
+
+TEST_CASE("the logarithms of factors are normal, with the spread as their standard deviation") {
     const double spread = 1.275, n = 20000;
-    std::vector<double> x = sensitivities(size_t(n), spread, 1);
+    std::vector<double> x = factors(size_t(n), spread, 1);
     for (double& s : x) s = std::log(s) / spread;
     std::ranges::sort(x);
     double away = 0, mean = 0, square = 0;
@@ -119,16 +139,16 @@ TEST_CASE("the logarithms of sensitivities are normal, with the spread as their 
     CHECK(square == doctest::Approx(1).epsilon(3 * std::sqrt(2 / n)));
 }
 
-TEST_CASE("a seed draws the same sensitivities and endings, another seed and another class others") {
-    const std::vector<double> one = sensitivities(100, 0.5, 1);
-    CHECK(sensitivities(100, 0.5, 1) == one);
-    CHECK(sensitivities(100, 0.5, 2) != one);
-    CHECK(sensitivities(100, 0.5, 1, Quantity::sa1) != one);
-    const std::vector<double> fewer = sensitivities(40, 0.5, 1);
+TEST_CASE("a seed draws the same factors and endings, another seed and another class others") {
+    const std::vector<double> one = factors(100, 0.5, 1);
+    CHECK(factors(100, 0.5, 1) == one);
+    CHECK(factors(100, 0.5, 2) != one);
+    CHECK(factors(100, 0.5, 1, Quantity::sa1) != one);
+    const std::vector<double> fewer = factors(40, 0.5, 1);
     CHECK(std::equal(fewer.begin(), fewer.end(), one.begin())); // whatever is drawn for others
-    CHECK(sensitivities(100, 0, 1) == std::vector<double>(100, 1));
+    CHECK(factors(100, 0, 1) == std::vector<double>(100, 1));
     for (size_t i = 0; i < one.size(); ++i) // the same normal numbers
-        CHECK(std::log(sensitivities(100, 1, 1)[i]) == doctest::Approx(2 * std::log(one[i])));
+        CHECK(std::log(factors(100, 1, 1)[i]) == doctest::Approx(2 * std::log(one[i])));
     const Grid grid{.width = 300, .height = 300, .spacing = 1e-4};
     const auto key = [](const std::vector<Cell>& cells) {
         std::vector<int> all;
@@ -146,8 +166,8 @@ TEST_CASE("a seed draws the same sensitivities and endings, another seed and ano
     CHECK(!std::equal(all.begin(), all.begin() + 4, all.begin() + 4)); // each afferent has others
 }
 
-TEST_CASE("sensitivities have the same bits on every machine") {
-    const std::vector<double> s = sensitivities(3, 1, 7, Quantity::sa1);
+TEST_CASE("factors have the same bits on every machine") {
+    const std::vector<double> s = factors(3, 1, 7, Quantity::sa1);
     CHECK(s[0] == 1.1173513872943808);
     CHECK(s[1] == 0.3514753300853395);
     CHECK(s[2] == 2.552133275541022);
@@ -204,7 +224,7 @@ TEST_CASE("a density counts afferents: each site is one, with all its endings, a
 }
 
 TEST_CASE("a skin fires fields of endings around its sites as afferents with these cells, and a sensitivity of 4 as "
-          "gains four times as great, to the last bit") {
+          "a rate four times as great, to the last bit") {
     const Validated vulkan;
     for (const Device& device : {Device::cpu(1), Device::cpu(2), vulkan.device()}) {
         Scene s = pressed_fields();
@@ -216,8 +236,7 @@ TEST_CASE("a skin fires fields of endings around its sites as afferents with the
         CHECK(cells.afferents[0].cells.size() == 480);
         CHECK(!cells.afferents[0].radius);
         cells.afferents[0].model->sensitivity = 1;
-        for (auto& pair : cells.afferents[0].model->gains)
-            for (double& gain : pair) gain *= 4;
+        cells.afferents[0].model->rate *= 4;
         Skin one(device, s, fields), other(device, s, cells);
         std::vector<float> pressure(size_t(s.grid.width * s.grid.height));
         size_t fired = 0;

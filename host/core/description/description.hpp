@@ -73,9 +73,9 @@ void check_sites(const SkinDescription&);
 std::vector<Afferents> validated_afferents(const SkinDescription&, std::vector<Afferents>);
 // Draws the endings of afferents that have a radius around the middles, one afferent after the other.
 std::vector<Cell> endings_around(const std::vector<Cell>& middles, const Afferents&, const Grid&);
-// The sensitivity of each of validated afferents.
-std::vector<double> sensitivities_of(const Afferents&);
-// The factor of the sensitive afferents of a class whose thresholds were measured; 1: the class has no parameters.
+// The factors s of validated afferents, which are drawn.
+std::vector<double> drawn_factors(const Afferents&);
+// The sensitivity of afferents of a class whose thresholds were measured; 1: the class has no parameters.
 double threshold_sensitivity(Quantity);
 
 // Refuses a map that has another size than the grid or holds a number that is not finite.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is drawn at random: sites from densities, the endings of afferents around sites, and sensitivities. No function
-// of the standard library is used whose last digit depends on the machine.
+// What is drawn at random: sites from densities, the endings of afferents around sites, and their factors s. No
+// function of the standard library is used whose last digit depends on the machine.
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
@@ -28,7 +28,7 @@ struct SplitMix64 {
 };
 
 // Draws for one afferent of an entry, whatever is drawn for others.
-enum class Draw { sensitivity, endings };
+enum class Draw { factor, endings };
 SplitMix64 sequence_of(const Afferents& a, size_t afferent, Draw draw) {
     SplitMix64 random{uint64_t(a.seed)};
     random.state = random.next() ^ (uint64_t(a.type) << 1 | uint64_t(draw));
@@ -102,10 +102,10 @@ std::vector<Cell> endings_around(const std::vector<Cell>& middles, const Afferen
     return endings;
 }
 
-std::vector<double> sensitivities_of(const Afferents& a) {
-    std::vector<double> all(a.cells.size() / size_t(a.endings), a.model->sensitivity);
+std::vector<double> drawn_factors(const Afferents& a) {
+    std::vector<double> all(a.cells.size() / size_t(a.endings), 1.0);
     for (size_t n = 0; n < all.size() && a.model->spread > 0; ++n)
-        all[n] *= exponential(a.model->spread * normal(sequence_of(a, n, Draw::sensitivity)));
+        all[n] = exponential(a.model->spread * normal(sequence_of(a, n, Draw::factor)));
     return all;
 }
 

@@ -111,9 +111,9 @@ inline constexpr auto rows<AfferentModel> = std::tuple{
     Key{"refractory_time", &AfferentModel::refractory_time, "s", positive, "the class's", "after a spike"},
     Key{"reset", &AfferentModel::reset, "", below_1, "", "of the membrane after a spike"},
     Key{"sensitivity", Special{"float | Literal[\"median\", \"threshold\"]"}, "", sensitivities,
-        "\"threshold\"; with gains 1", "factor of the input"},
+        "\"threshold\"; with gains 1", "factor of the rate"},
     Key{"spread", &AfferentModel::spread, "", spreads, "the class's; with gains 0",
-        "of the logarithm of the sensitivities among the afferents"},
+        "of the logarithm of the factor s of each afferent"},
     Key{"after", Special{"Sequence[Mapping[str, Any]]"}, "", no_range, "none",
         "up to two currents that a spike starts"}};
 template <>
@@ -123,6 +123,6 @@ inline constexpr auto rows<Afferents> = std::tuple{
     Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
     Key{"endings", &Afferents::endings, "", fibre_endings, "", "of each afferent"},
     Key{"radius", &Afferents::radius, "m", positive, "none", "around a site, in which its endings are drawn"},
-    Key{"seed", &Afferents::seed, "", no_range, "sites.seed, or 1", "of endings and sensitivities"}};
+    Key{"seed", &Afferents::seed, "", no_range, "sites.seed, or 1", "of endings and factors s"}};
 
 } // namespace dermis::scene

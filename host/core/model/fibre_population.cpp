@@ -12,10 +12,10 @@ namespace dermis::model {
 
 FibreKind kind_of(const Afferents& a) {
     const size_t endings = size_t(a.endings);
-    return {.model = *a.model,
-            .count = a.cells.size() / endings,
-            .endings = endings,
-            .sensitivities = scene::sensitivities_of(a)};
+    FibreKind k{
+        .model = *a.model, .count = a.cells.size() / endings, .endings = endings, .factors = scene::drawn_factors(a)};
+    k.model.rate *= k.model.sensitivity;
+    return k;
 }
 
 template <class K>

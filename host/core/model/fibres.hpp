@@ -30,10 +30,10 @@ template <class Constants> int passes_of_substep(const Constants& k) {
 
 // Fibres of one model, numbered from the fibres of the kinds before on.
 struct FibreKind {
-    AfferentModel model;
+    AfferentModel model; // whose sensitivity is in its rate
     size_t count;
-    size_t endings = 1;                     // of each
-    std::vector<double> sensitivities = {}; // of each fibre: factors of its inputs, for those who set them
+    size_t endings = 1;               // of each
+    std::vector<double> factors = {}; // of each fibre's inputs, for those who set them
 };
 FibreKind kind_of(const Afferents&); // that were validated
 

@@ -137,13 +137,13 @@ void Spiking::read_inputs(const model::PadList& pads) {
         const float modulus = float(moduli_[pad]);
         for (const Source& s : sources_) {
             float* to = fibres_->inputs(pad, s.kind, s.ending);
-            const double* sensitivity = kinds_[s.kind].sensitivities.data();
+            const double* factor = kinds_[s.kind].factors.data();
             for (const uint32_t i : s.cells) {
                 const float q = s.deep ? deep_[*s.deep].map[pad * n + i]
                                 : s.stress
                                     ? pressure[i] / modulus
                                     : pressed_.felt().strain_at(pads[p], cells_[i].held, planes + i, n, pressure[i]);
-                *to++ = std::clamp(float(*sensitivity++) * q, -float(greatest_input), float(greatest_input));
+                *to++ = std::clamp(float(*factor++) * q, -float(greatest_input), float(greatest_input));
             }
         }
     }

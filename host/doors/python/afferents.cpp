@@ -66,12 +66,12 @@ void make_model(AfferentModel* self, const Numbers& time_constants, std::optiona
 
 void bind_model(nb::module_& m) {
     const auto zeros = nb::make_tuple(0.0, 0.0);
-    nb::class_<AfferentModel> type(
-        m, "AfferentModel",
-        "How an afferent turns its input q into spikes.\n\n"
-        "A low-pass of 1 to 3 poles makes y of value*q + rate*q'. gains times y, y' and y''\n"
-        "make the current I, and membrane_time*V' = -V + I + after. V = 1 is a spike; then\n"
-        "V is reset for refractory_time. A skin or a scene checks the numbers it is given.");
+    nb::class_<AfferentModel> type(m, "AfferentModel",
+                                   "How an afferent turns its input q into spikes.\n\n"
+                                   "A low-pass of 1 to 3 poles makes y of s*(value*q + sensitivity*rate*q'), s = "
+                                   "e^(spread*n) with a drawn normal number n. gains times y, y' and y''\n"
+                                   "make the current I, and membrane_time*V' = -V + I + after. V = 1 is a spike; then\n"
+                                   "V is reset for refractory_time. A skin or a scene checks the numbers it is given.");
     type.def(Pickled())
         .def("__init__", make_model, nb::kw_only(), nb::arg("time_constants") = nb::tuple(),
              nb::arg("frequency").none() = nb::none(), nb::arg("quality").none() = nb::none(), nb::arg("value") = 1.0,
@@ -94,10 +94,11 @@ void bind_model(nb::module_& m) {
         .def_rw("membrane_time", &AfferentModel::membrane_time, "s, > 0")
         .def_rw("refractory_time", &AfferentModel::refractory_time, "s, > 0")
         .def_rw("reset", &AfferentModel::reset, "a number < 1: V after a spike")
-        .def_rw("sensitivity", &AfferentModel::sensitivity, "factor of q, > 0, at most 1e6")
+        .def_rw("sensitivity", &AfferentModel::sensitivity,
+                "factor of the rate, > 0, at most 1e6: how much smaller a change may be than for the median afferent")
         .def_rw("spread", &AfferentModel::spread,
-                "0 to 5: the standard deviation of the natural logarithm of the sensitivities among the afferents, "
-                "which are drawn; 0: all are alike")
+                "0 to 5: the standard deviation of the natural logarithm of s among the afferents, which is drawn; "
+                "0: all are alike")
         .def_prop_rw(
             "after", after_of, [](AfferentModel& a, const Pairs& after) { a.after = after_in(after); },
             "at most two pairs (amplitude, time): each spike starts the current amplitude*exp(-t/time); time: s, > 0");
@@ -165,12 +166,13 @@ void bind_afferents(nb::module_& m) {
         .def_ro("radius", &Afferents::radius,
                 "m, or cells without a spacing: each site of the class is then the middle of an afferent, whose "
                 "endings are drawn within the radius, on the grid. None with cells.")
-        .def_ro("seed", &Afferents::seed, "Of the endings and sensitivities that are drawn.");
+        .def_ro("seed", &Afferents::seed, "Of the endings and factors s that are drawn.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
         nb::arg("type"), nb::sig("def afferent_model(type: dermis._typing.ReceptorType) -> AfferentModel"),
         "Return the parameters of a class, fitted to published thresholds and rates. type: \"sa1\", \"fa1\" or "
-        "\"fa2\". The sensitivity is that of the afferents whose thresholds were measured; 1 gives the median one.");
+        "\"fa2\". The sensitivity is that of the afferents whose thresholds for vibrations were measured; 1 gives the "
+        "median one.");
 }
 
 } // namespace dermis::python

@@ -159,17 +159,17 @@ class FibreSteps {
             const bool of_group = std::ranges::count(group.entries, i) > 0;
             for (int k = 0; k < count && of_group; ++k) numbers_.push_back(first + k);
             if (of_group)
-                for (const double s : scene::sensitivities_of(all[i]))
-                    sensitivities_.insert(sensitivities_.end(), size_t(all[i].endings), s);
+                for (const double s : scene::drawn_factors(all[i]))
+                    factors_.insert(factors_.end(), size_t(all[i].endings), s);
             first += count;
         }
-        inputs_.resize(sensitivities_.size());
+        inputs_.resize(factors_.size());
     }
 
     void operator()(const model::Step& step, const model::Sample& sample) {
         if (step.impulse >= 0 || !(step.time > time_)) return; // nothing lasts
         const double* felt = sample.points.data() + size_t(QUANTITY_SA1) * inputs_.size();
-        for (size_t i = 0; i < inputs_.size(); ++i) inputs_[i] = sensitivities_[i] * felt[i];
+        for (size_t i = 0; i < inputs_.size(); ++i) inputs_[i] = factors_[i] * felt[i];
         if (!std::ranges::all_of(inputs_, [](double q) { return std::isfinite(q); }))
             throw Error(Error::Code::bad_input, "",
                         "the input of an afferent overflows at t = " + shortest(step.time) +
@@ -198,8 +198,8 @@ class FibreSteps {
     const double regular_; // s: from output to output
     std::vector<FiredSpike>& spikes_;
     cpu::Fibres<f64> fibres_;
-    std::vector<int> numbers_;                   // in the list, of each fibre of the group
-    std::vector<double> sensitivities_, inputs_; // of each ending of the group
+    std::vector<int> numbers_;             // in the list, of each fibre of the group
+    std::vector<double> factors_, inputs_; // of each ending of the group
     double time_ = 0;
 };
 
