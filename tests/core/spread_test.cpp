@@ -375,7 +375,8 @@ TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without
     plain.count = options.count = 2;
     options.responses = {Quantity::fa1};
     for (Quantity q : {Quantity::sa1, Quantity::fa1, Quantity::fa2}) {
-        options.afferents.push_back({.type = q, .model = {}, .cells = {}});
+        options.afferents.push_back({.type = q, .model = afferent_model(q), .cells = {}});
+        options.afferents.back().model->spread = 0; // all feel the same
         for (int i = 0; i < 10; ++i) options.afferents.back().cells.push_back({2 * i, i});
     }
     for (const Signal follow : {Signal::strain, Signal::stress})
