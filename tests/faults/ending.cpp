@@ -19,12 +19,18 @@ namespace {
 
 constexpr int width = 64, height = 64;
 
+// The device that a test names, if it names one, because "vulkan" takes none whose bits differ.
+Device opened() {
+    const char* named = std::getenv("DERMIS_TEST_DEVICE");
+    return Device::open(named ? named : "vulkan");
+}
+
 struct World {
     std::optional<Device> device;
     std::optional<Skin> skin;
 
     void open() {
-        if (!device) device = Device::open("vulkan");
+        if (!device) device = opened();
         SkinDescription d;
         d.grid.width = width;
         d.grid.height = height;
@@ -40,29 +46,34 @@ World& local() { // made before its device
     return world;
 }
 World& late() { // and after
-    static const Device device = Device::open("vulkan");
+    static const Device device = opened();
     static World world{device, {}};
     return world;
 }
 
 std::atomic<int> stage{0};
+constexpr int refused = 9; // a stage
 
-// Opens, presses and reads for ever in a thread that nobody joins; returns when it has come to a stage.
+// Opens, presses and reads for ever in a thread that nobody joins; returns when it has come to a stage. Ends the
+// process with 1 if it cannot come there.
 void wait_for_thread(int wanted) {
     std::thread([] {
         try {
             World own;
             stage = 1;
-            own.device = Device::open("vulkan");
+            own.device = opened();
             stage = 2;
             own.open();
             stage = 3;
             for (;; stage = 4) own.press(), own.read();
-        } catch (const Error&) { // the process is ending
+        } catch (const Error& error) { // the process is ending, or there is no such device
+            if (stage < 3) std::fprintf(stderr, "%s\n", error.what());
+            if (stage < 3) stage = refused;
             for (;;) pause();
         }
     }).detach();
     while (stage < wanted) std::this_thread::yield();
+    if (stage == refused) std::_Exit(1);
 }
 
 void run_until(double done) {
@@ -74,7 +85,7 @@ void run_until(double done) {
     options.progress = [done](double fraction) {
         if (fraction >= done) std::exit(0);
     };
-    run(scene, Device::open("vulkan"), options);
+    run(scene, opened(), options);
 }
 
 } // namespace
