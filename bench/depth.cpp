@@ -173,7 +173,7 @@ class Pyramid {
         SkinDescription d = rectangle(n, n);
         d.receptors.kernel = depth.kernel;
         d.receptors.depth.sa1 = depth.depth * *d.grid.spacing;
-        if (depth.kernel == Receptors::Kernel::strain) d.receptors.poisson = depth.poisson;
+        if (depth.kernel != DepthKernel::stress) d.receptors.poisson = depth.poisson;
         SkinOptions options;
         options.precision = Precision::f32;
         options.responses = {Quantity::sa1};
@@ -233,7 +233,7 @@ class Ways {
     void add_pyramid() {
         const int wide = std::clamp(int(20 * depth_.depth), 48, 640); // so that what lies beyond acts by little
         const double error = Pyramid(wide, depth_).error(sums_of(depth_, wide), bench_.quick ? 4 : 64);
-        const bool stress = depth_.kernel == Receptors::Kernel::stress;
+        const bool stress = depth_.kernel == DepthKernel::stress;
         add(stress ? "pyramid" : "pyramid-strain", "f32", error, 20, [p = std::make_shared<Pyramid>(n, depth_)] {
             return seconds_of([&] {
                 for (int i = 0; i < 20; ++i) p->spread();
@@ -321,11 +321,10 @@ void depth(Bench& bench) {
     if (!bench.quick)
         depths.insert({0.3, 0.5, 0.7, 1.5, 2, 2.5, 3, 4, 5, 7, 7.99, 8, 12, 13.9, 14, 18, 27.9, 28, 55.9, 56});
     for (const double z : depths)
-        for (const auto kernel : {Receptors::Kernel::stress, Receptors::Kernel::strain}) {
+        for (const auto kernel : {DepthKernel::stress, DepthKernel::strain}) {
             Ways ways(bench, {z, kernel, 0.4});
             ways.add_pyramid();
-            if (std::ranges::count(marked, z) && kernel == Receptors::Kernel::stress)
-                ways.add_transforms(), ways.add_sums();
+            if (std::ranges::count(marked, z) && kernel == DepthKernel::stress) ways.add_transforms(), ways.add_sums();
             ways.measure();
         }
 }

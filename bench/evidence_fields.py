@@ -182,6 +182,45 @@ def dots_row(dermis, folder):
                "at 30 mm/s; one layout of endings. Ridges as places of the endings are not needed for it", numbers)
 
 
+def spacing_rate(dermis, kind, mm, width=60, spacing=1e-4):
+    """The mean rate (Hz) of nine afferents while a square array of dots of 1 mm diameter and 0.5 mm height slides past at 60
+    mm/s. A mean pressure of 6 kPa, as of 0.6 N on a fingertip, rests on the dots, as far as a dot carries it: pressed in by
+    its height."""
+    cells, radius, speed = round(mm * 1e-3 / spacing), 5e-4, 0.06
+    y, x = np.mgrid[0:cells, 0:cells] - cells // 2
+    dot = (np.hypot(x, y) * spacing <= radius).astype(float)
+    force = min(6e3 * (cells * spacing)**2, 2 * radius * 5e-4 * 5e4 / (1 - 0.4**2))
+    seconds = 12 * cells * spacing / speed
+    load = (f'[load]\nkind = "file"\npath = "even.npy"\nintensity = 1\n[load.texture]\npath = "texture.npy"\n'
+            f"velocity = [{speed}, 0]")
+    places = [(x, y) for x in (20, 30, 40) for y in (20, 30, 40)]
+    listed = "\n".join(["type,x,y", *(f"fa2,{x},{y}" for x, y in places), ""])
+    with tempfile.TemporaryDirectory() as folder:
+        np.save(f"{folder}/even.npy", np.ones((width, width)))
+        np.save(f"{folder}/texture.npy", dot / dot.sum() * force / spacing**2)
+        sites = listed if kind == "pc" else discs(kind, places, width, spacing, np.random.default_rng(5))
+        Path(folder, "sites.csv").write_text(sites)
+        scene = SKIN.format(width=width, spacing=spacing, load=load, type=CLASSES[kind], depth=DEPTHS[kind],
+                            afferents=preset(kind, "threshold") if kind == "pc" else keys(kind),
+                            duration=seconds).replace("step = 1e-3", "step = 5e-4")
+        spikes = np.load(run(dermis, scene, folder) / "spikes.npy")
+    return (spikes["time"] > seconds / 3).sum() / (seconds * 2 / 3) / len(places)
+
+
+def spacing_row(dermis, folder):
+    numbers, texts = {}, []
+    for kind in CLASSES:
+        mm = np.array([float(row["mm"]) for row in data("spacing.csv") if row["class"] == kind])
+        rates = np.array([spacing_rate(dermis, kind, each) for each in mm])
+        numbers |= {f"spacing_{kind}_most": mm[rates.argmax()], f"spacing_{kind}_wide": rates[-1] / rates.max()}
+        texts.append(f"{kind.upper()} {', '.join(f'{rate:.0f}' for rate in rates)} Hz")
+    return Row(f"from 1.1 to 6.3 mm {'; '.join(texts)}",
+               "Which afferents, how many, and the forces are not in the file. Speed, force, radius and height of the dots are "
+               "those of the model of Ouyang et al.; how much of the force the dots carry is our choice, and makes the rates fall "
+               "where dots are far apart. SA1 and RA have the endings and the sensitivity of row:fields, PC a single ending and "
+               "the sensitivity of the thresholds", numbers)
+
+
 def grating_rates(dermis, kind, period, vibrating):
     """The rates (Hz) of a preset afferent, with the endings of its field, at 16 places of a grating: ridges of a cosine,
     whose mean strain is 0.5 at the surface, held, or vibrating at 20 Hz by a fifth of it."""

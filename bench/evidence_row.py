@@ -18,6 +18,9 @@ BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#888888"
 SOURCES = {
     "Bensmaia et al. 2005": "S. J. Bensmaia, J. C. Craig, T. Yoshioka and K. O. Johnson, SA1 and RA afferent responses to "
     "static and vibrating gratings, J. Neurophysiol. 95 (2006) 1771-1782, online 2005, doi:10.1152/jn.00877.2005",
+    "Connor et al. 1990": "C. E. Connor, S. S. Hsiao, J. R. Phillips and K. O. Johnson, Tactile roughness: neural codes that "
+    "account for psychophysical magnitude estimates, J. Neurosci. 10 (1990); its abstract was seen, the rates as digitized by "
+    "Ouyang et al. 2021",
     "Essick and Edin 1995": "G. K. Essick and B. B. Edin, Receptor encoding of moving tactile stimuli in humans. II. The "
     "mean response of individual low-threshold mechanoreceptors to motion across the receptive field, J. Neurosci. 15 "
     "(1995); its abstract was seen",

@@ -244,7 +244,7 @@ def units_row(dermis, folder):
 
 
 def pressed(dermis, pressure, load, duration, sites, tables, texture=None):
-    """For each afferent its class and its spikes (s), where a map of pressures acts. sites: the text of [sites]; tables:
+    """For each afferent its line of afferents.csv and its spikes (s), where a map of pressures acts. sites: the text of [sites]; tables:
     that of each [[afferents]], of afferents at all sites of its class."""
     height, width = pressure.shape
     texts = "".join("[[afferents]]\n" + text + "\n" for text in tables)
@@ -256,22 +256,34 @@ def pressed(dermis, pressure, load, duration, sites, tables, texture=None):
         out = run(dermis, scene, folder)
         spikes = np.load(out / "spikes.npy")
         with open(out / "afferents.csv", newline="") as file:
-            classes = [row["class"] for row in csv.DictReader(file)]
-    return [(name, spikes["time"][spikes["afferent"] == n]) for n, name in enumerate(classes)]
+            rows = list(csv.DictReader(file))
+    return [(row, spikes["time"][spikes["afferent"] == n]) for n, row in enumerate(rows)]
+
+
+HELD = 'envelope = "table"\ntimes = [0, 0.05, 0.95, 1]\nvalues = [0, 1, 1, 0]'
+
+
+def fire_by_distance(dermis, pressure, kernel):
+    """The distance (mm) of FA2 afferents, 16 times as dense as the preset's, from the middle of a map of pressures that
+    rises within 50 ms, is held and falls; and whether each fires, with the median's sensitivity and the class's spread."""
+    table = f'type = "fa2"\nsensitivity = "median"\n[receptors.kernel]\nfa2 = "{kernel}"'
+    spikes = pressed(dermis, pressure, HELD, 1.05, "density = { fa2 = 400 }", [table])
+    height, width = pressure.shape
+    places = np.array([(float(row["x"]) - width // 2, float(row["y"]) - height // 2) for row, _ in spikes])
+    return np.hypot(*places.T) * 0.1, np.array([len(times) > 0 for _, times in spikes])
 
 
 def fire_in_press(dermis, pressure):
     """The share (%) of the afferents of each class that fire, where a pressure rises within 50 ms, is held and falls: of
     single endings like the median's, and of afferents with the fields of row:fields and the sensitivities and their
     spread that dermis gives."""
-    load = 'envelope = "table"\ntimes = [0, 0.05, 0.95, 1]\nvalues = [0, 1, 1, 0]'
     fields = [f'type = "{CLASSES[kind]}"' + "".join(f"\n{key} = {fitted()[kind][key]:.7g}" for key in ("endings", "radius")
                                                   if key in fitted()[kind]) for kind in CLASSES]
     shares = []
     for tables in ([preset(kind) for kind in CLASSES], fields):
-        spikes = pressed(dermis, pressure, load, 1.05, "density = { sa1 = 70, fa1 = 140, fa2 = 25 } # per cm2, as the preset's",
+        spikes = pressed(dermis, pressure, HELD, 1.05, "density = { sa1 = 70, fa1 = 140, fa2 = 25 } # per cm2, as the preset's",
                          tables)
-        fires = {kind: [len(times) > 0 for name, times in spikes if name == of] for kind, of in CLASSES.items()}
+        fires = {kind: [len(times) > 0 for row, times in spikes if row["class"] == of] for kind, of in CLASSES.items()}
         shares.append({kind: 100 * float(np.mean(some)) for kind, some in fires.items()})
     return shares
 

@@ -49,6 +49,7 @@ step = {step}
 duration = {duration}
 [receptors]
 depth = {{ fa2 = 2e-3 }}
+kernel = {{ fa2 = "{kernel}" }}
 [sites]
 path = "sites.csv"
 [output]
@@ -77,16 +78,18 @@ def run(dermis, folder, text):
 
 
 def power(dermis, way, period, speed, seed):
-    """The power of FA2 at each line of its spectrum. Line n lies at n/RIDGES of v/lambda."""
+    """The power of FA2 at each line of its spectrum. Line n lies at n/RIDGES of v/lambda. way: of WAYS, or displacement:
+    across, where FA2 answers to the displacement in place of the stress."""
     step = period * 1e-6 / speed / SAMPLES
     with tempfile.TemporaryDirectory() as folder:
-        place = (np.arange(WIDTH) if way == "across" else np.arange(HEIGHT)[:, None]) * SPACING * 1e6 / period
+        place = (np.arange(WIDTH) if way in ("across", "displacement") else np.arange(HEIGHT)[:, None]) * SPACING * 1e6 / period
         np.save(f"{folder}/ridges.npy", np.cos(2 * np.pi * place) * np.ones((HEIGHT, WIDTH)))
         np.save(f"{folder}/texture.npy", texture(seed, HEIGHT, round(RIDGES * period * 1e-6 / SPACING)))
         np.save(f"{folder}/dome.npy", dome())
         Path(folder, "sites.csv").write_text(f"type,x,y\nfa2,{WIDTH // 2},{HEIGHT // 2}\n")
         contact = "" if way == "even" else f'contact = "crests"\ncontact_length = {period * 1e-6}'
-        run(dermis, folder, SKIN + SLIDE.format(contact=contact, speed=speed, step=step,
+        kernel = way if way == "displacement" else "stress"
+        run(dermis, folder, SKIN + SLIDE.format(contact=contact, kernel=kernel, speed=speed, step=step,
                                                 duration=(WAIT + RIDGES) * SAMPLES * step))
         fa2 = np.load(f"{folder}/out/responses.npy")[:, 0]
     return np.abs(np.fft.rfft(fa2[WAIT * SAMPLES:])) ** 2  # of one whole period: no line leaks into another
@@ -114,10 +117,12 @@ def spectra(dermis, cases, seeds):
 
 
 def measure(dermis):
-    """The quick figures: power over flanks for each way, and the peak across the ridges over v/lambda."""
-    found = spectra(dermis, [(way, PERIOD, SPEED) for way in WAYS], (1, 2))
-    ways = {way: over_flanks(found[way, PERIOD, SPEED]) for way in WAYS}
-    return ways | {"peak": peak(found["across", PERIOD, SPEED])}
+    """The quick figures: power over flanks for each way, and the peaks across the ridges over v/lambda."""
+    ways = (*WAYS, "displacement")
+    found = spectra(dermis, [(way, PERIOD, SPEED) for way in ways], (1, 2))
+    peaks = {"peak": "across", "peak_displacement": "displacement"}
+    return {way: over_flanks(found[way, PERIOD, SPEED]) for way in ways} | {
+        name: peak(found[way, PERIOD, SPEED]) for name, way in peaks.items()}
 
 
 def draw(found, picture):

@@ -188,11 +188,12 @@ inline void draw_depths(Random& r, DrawnSkin& drawn) {
     if (!drawn.takes_material()) return;
     if (!d.material.dashpot && chance(r, 0.1)) d.receptors.follow.sa1 = Signal::stress;
     if (d.edges == Edges::periodic || !chance(r, 0.3)) return;
-    if (chance(r, 0.5)) d.receptors.kernel = Receptors::Kernel::strain;
-    if (d.receptors.kernel == Receptors::Kernel::strain && chance(r, 0.5)) d.receptors.poisson = r.within(0, 0.5);
+    if (chance(r, 0.5)) d.receptors.kernel = DepthKernel::strain;
+    if (d.receptors.kernel.sa1 == DepthKernel::strain && chance(r, 0.5)) d.receptors.poisson = r.within(0, 0.5);
+    if (d.receptors.poisson > 0.25) d.receptors.kernel.fa2 = DepthKernel::displacement;
     double two[2];
     for (double& z : two) z = *d.grid.spacing * r.decades(-1, 1.5);
-    if (d.receptors.kernel == Receptors::Kernel::stress && chance(r, 0.1)) two[0] = 0;
+    if (d.receptors.kernel.sa1 == DepthKernel::stress && chance(r, 0.1)) two[0] = 0;
     Depths& z = d.receptors.depth;
     for (std::optional<double>* depth : {&z.sa1, &z.sa2, &z.fa1, &z.fa2})
         if (chance(r, 0.5)) *depth = two[whole(r, 0, 1)];
@@ -231,7 +232,8 @@ inline std::string words_of(const DrawnSkin& drawn) {
     const Depths& z = d.receptors.depth;
     for (auto [depth, of] : {std::pair{z.sa1, "sa1"}, {z.sa2, "sa2"}, {z.fa1, "fa1"}, {z.fa2, "fa2"}})
         add(bool(depth), std::string(of) + " " + std::to_string(depth.value_or(0) / 5e-4) + " cells deep");
-    add(d.receptors.kernel == Receptors::Kernel::strain, "strain at a depth");
+    add(d.receptors.kernel.sa1 == DepthKernel::strain, "strain at a depth");
+    add(d.receptors.kernel.fa2 == DepthKernel::displacement, "displacement for fa2");
     add(d.receptors.follow.sa1 == Signal::stress, "sa1 of the stress");
     for (Quantity q : o.responses) add(d.sites.empty(), name(q));
     add(bool(o.precision), o.precision ? name(*o.precision) : "");

@@ -132,6 +132,11 @@ inline ContactReport add_contacts(const Pad& pad, const std::vector<Contact>& co
 // stays the same, nu = 0.5, it is 4/3 of E.
 DERMIS_API double hertz_radius(double force, double ball, double modulus);
 
+// The vertical stress over the modulus at a depth below the middle of a flat, round punch that is pressed into an
+// elastic half-space (Sneddon 1946): what an afferent feels below a probe, and of what afferent_model() was fitted.
+// indentation: m, of the punch; depth: m below the surface, >= 0; radius: m, > 0; poisson: 0..0.5.
+DERMIS_API double strain_below_punch(double indentation, double depth, double radius, double poisson = 0.4);
+
 // Where a pad is: its frame in the world. rotation is row-major, and its columns are the axes of the pad in the world,
 // so that world = position + rotation*local. Rotations are right to 1e-3.
 struct DERMIS_API Pose {
@@ -203,8 +208,8 @@ DERMIS_API ContactReport add_depths(const Pad&, const DepthMap&);
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
 struct TaxelReadings {
     enum class Unit { newton, pascal } unit = Unit::newton;
-    Reals values;                 // >= 0, pascals at most 3.4e38; of column i in row j values[i*column_step + j*row_step]
-    int columns = 0, rows = 0;    // 1..16384; columns follow each other along x, rows along y
+    Reals values;              // >= 0, pascals at most 3.4e38; of column i in row j values[i*column_step + j*row_step]
+    int columns = 0, rows = 0; // 1..16384; columns follow each other along x, rows along y
     double width = 0, height = 0; // m, of one taxel along x and y, 1e-9..1e6
     double x = 0, y = 0;          // m, outer corner of the first taxel in the pad's frame
     // Numbers from column to column, >= 1, and from row to row; row_step 0: columns. Values that are stored column by

@@ -181,6 +181,18 @@ struct Follow {
     Signal sa1 = Signal::strain, sa2 = Signal::strain;
 };
 
+// What acts at a depth: the vertical stress; the vertical strain times the modulus; or the vertical displacement times
+// the modulus over z*(1 + nu)*(3 - 2*nu)/3, z the depth and nu Poisson's ratio, a length that makes it the stress
+// straight below a point force. Stress falls with the fifth power of the distance, displacement with the first: FA2
+// afferents answer to contacts centimetres away, which displacement alone reaches. Strain and displacement need a depth
+// > 0.
+enum class DepthKernel { stress, strain, displacement };
+// By class.
+struct DepthKernels {
+    DepthKernels(DepthKernel all = DepthKernel::stress) : sa1(all), sa2(all), fa1(all), fa2(all) {}
+    DepthKernel sa1, sa2, fa1, fa2;
+};
+
 struct Receptors {
     std::optional<double> sa2_adaptation; // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
     // point: eps'' at the step's end; jumps of the rate are listed in Result::impulses. step_mean: the mean of eps''
@@ -195,9 +207,8 @@ struct Receptors {
     // strain of its own cell. Needs Grid::spacing and, in each pad, a uniform material; refuses Edges::periodic and, in
     // a Skin, SkinOptions::control = depth and depths below a millionth or above a million times the spacing.
     Depths depth;
-    // What acts at that depth: the vertical stress, or the vertical strain times the modulus, which needs a depth > 0.
-    enum class Kernel { stress, strain } kernel = Kernel::stress;
-    std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain, a punch and a ball; default 0.4
+    DepthKernels kernel;           // what acts at that depth
+    std::optional<double> poisson; // Poisson's ratio, 0..0.5, of strain, displacement, a punch and a ball; default 0.4
     // Under a pressure that is held the strain creeps; under a depth that is held the stress relaxes, and receptors
     // that follow it adapt. In a scene it needs a uniform material with a spring and no dashpot in series, and a load
     // that is a map times an envelope or, where sites alone are asked for, frames of depths or a ball. In a Skin it

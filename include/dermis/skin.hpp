@@ -78,8 +78,9 @@ struct Pads {
 // thread at a time may use a skin; all skins on one Vulkan device count as one.
 //
 // Responses at a depth (Receptors::depth) differ from the sums over all cells by at most 1e-3 of the greatest |signal|
-// in the pad, times 1 + |l*C|, and have the same bits on the CPU and on every device. A skin with a depth, or whose SA1
-// follows the stress, computes all cells, whether or not the description has sites.
+// in the pad, times 1 + |l*C|, by a displacement times the sum of all cells' weights; and they have the same bits on
+// the CPU and on every device. A skin with a depth, or whose SA1 follows the stress, computes all cells, whether or not
+// the description has sites.
 class DERMIS_API Skin {
   public:
     // On Device::cpu(1) the calling thread works alone. The default of receptors.fa2 is step_mean. Throws

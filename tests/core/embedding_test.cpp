@@ -52,7 +52,8 @@ SkinDescription with_depths(SkinDescription d, double cells) {
     for (auto* length : {&d.surface.relief, &d.material.thickness, &d.material.curvature_length}) *length = 1e-3;
     if (d.material.elements.empty()) d.material.modulus = 2;
     d.receptors.depth = {.sa1 = cells * 1e-3, .sa2 = 3 * cells * 1e-3, .fa1 = {}, .fa2 = 5 * cells * 1e-3};
-    d.receptors.kernel = cells > 3 ? Receptors::Kernel::strain : Receptors::Kernel::stress;
+    d.receptors.kernel = cells > 3 ? DepthKernel::strain : DepthKernel::stress;
+    d.receptors.kernel.fa2 = DepthKernel::displacement;
     return d;
 }
 

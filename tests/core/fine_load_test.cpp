@@ -38,7 +38,7 @@ constexpr auto waves = [](double x, double y) { return std::max(0.0, 1 - std::hy
 
 // The share of a load that the stress at the depth of the deepest class brings to other cells, by sums over all cells.
 double moved(const std::vector<double>& load, double depth) {
-    const model::PointForce<double> below({depth, Receptors::Kernel::stress, 0});
+    const model::PointForce<double> below({depth, DepthKernel::stress, 0});
     std::vector<double> weight(side * side);
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x)

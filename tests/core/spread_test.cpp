@@ -14,15 +14,14 @@ using namespace test;
 
 namespace {
 
-using Poisson = std::optional<double>; // given: the strain acts at the depth, otherwise the stress
+using model::Depth; // in cells
 
 constexpr double spread_spacing = 1e-4;
 
 // Pressures spread to a depth, in cells: SA1 of a flat, elastic skin of modulus 1.
 class Below {
   public:
-    Below(int width, int height, double depth, Poisson poisson = {})
-        : skin_(Device::cpu(1), of(width, height, depth, poisson), options()) {}
+    Below(int width, int height, const Depth& depth) : skin_(Device::cpu(1), of(width, height, depth), options()) {}
 
     std::vector<float> operator()(const std::vector<float>& pressure) {
         skin_.press(pressure, 1);
@@ -31,13 +30,14 @@ class Below {
     }
 
   private:
-    static SkinDescription of(int width, int height, double depth, Poisson poisson) {
+    static SkinDescription of(int width, int height, const Depth& depth) {
         SkinDescription d;
         d.grid = {width, height, spread_spacing};
         d.surface = {.kind = Surface::Kind::flat, .relief = 1e-6};
         d.material = {.modulus = 1, .viscosity = 0, .thickness = 1e-3, .curvature_length = 0};
-        d.receptors.depth.sa1 = depth * spread_spacing;
-        if (poisson) d.receptors.kernel = Receptors::Kernel::strain, d.receptors.poisson = poisson;
+        d.receptors.depth.sa1 = depth.depth * spread_spacing;
+        d.receptors.kernel.sa1 = depth.kernel;
+        if (depth.kernel != DepthKernel::stress) d.receptors.poisson = depth.poisson;
         return d;
     }
     static SkinOptions options() { return {.responses = {Quantity::sa1}}; }
@@ -45,15 +45,18 @@ class Below {
 };
 
 // What an even square from a corner on, below which it acts, causes per unit of its pressure (Love 1929). All in cells.
-double of_corner(double a, double b, double z, Poisson nu) {
-    const double R = std::sqrt(a * a + b * b + z * z), turn = 2 * std::numbers::pi,
+double of_corner(double a, double b, const Depth& d) {
+    const double z = d.depth, nu = d.poisson, R = std::sqrt(a * a + b * b + z * z), turn = 2 * std::numbers::pi,
                  angle = std::atan(a * b / (z * R)) / turn,
                  stress = angle + a * b * z / R * (1 / (a * a + z * z) + 1 / (b * b + z * z)) / turn;
-    return nu ? (1 + *nu) * (stress - 2 * *nu * angle) : stress;
+    if (d.kernel == DepthKernel::stress) return stress;
+    if (d.kernel == DepthKernel::strain) return (1 + nu) * (stress - 2 * nu * angle);
+    const double around = (a * std::asinh(b / std::hypot(a, z)) + b * std::asinh(a / std::hypot(b, z))) / turn;
+    return 3 / (z * (3 - 2 * nu)) * (z * angle + 2 * (1 - nu) * (around - z * angle));
 }
-double of_cell(double x, double y, double z, Poisson nu) {
-    return of_corner(x + 0.5, y + 0.5, z, nu) - of_corner(x - 0.5, y + 0.5, z, nu) -
-           of_corner(x + 0.5, y - 0.5, z, nu) + of_corner(x - 0.5, y - 0.5, z, nu);
+double of_cell(double x, double y, const Depth& d) {
+    return of_corner(x + 0.5, y + 0.5, d) - of_corner(x - 0.5, y + 0.5, d) - of_corner(x + 0.5, y - 0.5, d) +
+           of_corner(x - 0.5, y - 0.5, d);
 }
 
 // Pressure by the distance from the middle cell of a square grid.
@@ -64,16 +67,15 @@ template <class Of> std::vector<float> about_middle(int cells, Of of) {
     return map;
 }
 
-// The sum, over all cells, of the errors below one pressed cell; the greatest of some places of it in the pyramid, one
-// of `each`.
-double greatest_sum_of_errors(double z, Poisson nu, int cells, int each) {
+// The sum, over all cells, of the errors below one pressed cell, over the sum of what is right if that is above 1; the
+// greatest of some places of it in the pyramid, one of `each`.
+double greatest_sum_of_errors(const Depth& depth, int cells, int each) {
     std::vector<double> weights;
     for (int y = 0; y < cells; ++y)
-        for (int x = 0; x < cells; ++x) weights.push_back(of_cell(x, y, z, nu));
-    const model::Spread levels =
-        model::spread_of({z, nu ? Receptors::Kernel::strain : Receptors::Kernel::stress, nu.value_or(0)}, cells, cells);
+        for (int x = 0; x < cells; ++x) weights.push_back(of_cell(x, y, depth));
+    const model::Spread levels = model::spread_of(depth, cells, cells);
     const int period = std::min(1 << (levels.size() - 1), 64), first = cells / 2 / period * period;
-    Below below(cells, cells, z, nu);
+    Below below(cells, cells, depth);
     std::vector<float> pressure(weights.size());
     double greatest = 0;
     for (int v = 0, n = 0; v <= std::max(period / 2 - 1, 0); ++v)
@@ -84,12 +86,13 @@ double greatest_sum_of_errors(double z, Poisson nu, int cells, int each) {
             one = 1;
             const std::vector<float> spread = below(pressure);
             one = 0;
-            double sum = 0;
+            double sum = 0, all = 0;
             for (int j = 0, i = 0; j < cells; ++j)
-                for (int k = 0; k < cells; ++k, ++i)
-                    sum += std::abs(double(spread[size_t(i)]) -
-                                    weights[size_t(std::abs(j - y) * cells + std::abs(k - x))]);
-            greatest = std::max(greatest, sum);
+                for (int k = 0; k < cells; ++k, ++i) {
+                    const double weight = weights[size_t(std::abs(j - y) * cells + std::abs(k - x))];
+                    sum += std::abs(double(spread[size_t(i)]) - weight), all += std::abs(weight);
+                }
+            greatest = std::max(greatest, sum / std::max(all, 1.0));
         }
     return greatest;
 }
@@ -136,10 +139,11 @@ TEST_CASE("on the axis of an even disc a skin has Boussinesq's stress and strain
         CAPTURE(z);
         const size_t middle = size_t(cells / 2) * (cells + 1);
         const double c = z / std::hypot(radius, z), q = z / radius;
-        CHECK(Below(cells, cells, z)(disc)[middle] == absolute(1 - c * c * c, 1e-3));
+        CHECK(Below(cells, cells, {z, DepthKernel::stress, 0})(disc)[middle] == absolute(1 - c * c * c, 1e-3));
         const double sideways = 0.9 - 1.4 * c + c * c * c / 2; // each of the horizontal stresses, of ratio 0.4
-        CHECK(Below(cells, cells, z, 0.4)(disc)[middle] == absolute(1 - c * c * c - 0.8 * sideways, 1e-3));
-        CHECK(Below(cells, cells, z)(punch)[middle] ==
+        CHECK(Below(cells, cells, {z, DepthKernel::strain, 0.4})(disc)[middle] ==
+              absolute(1 - c * c * c - 0.8 * sideways, 1e-3));
+        CHECK(Below(cells, cells, {z, DepthKernel::stress, 0})(punch)[middle] ==
               absolute((1 + 3 * q * q) / (1 + q * q) / (1 + q * q) / 2, 1e-3 * greatest_of(punch)));
     }
 }
@@ -154,7 +158,7 @@ TEST_CASE(
     cell[middle] = 1;
     for (double z : {1.0, 3.0, 6.0, 10.0, 22.0}) {
         CAPTURE(z);
-        Below below(cells, cells, z);
+        Below below(cells, cells, {z, DepthKernel::stress, 0});
         CHECK(below(wave)[middle] == absolute(std::sin(k / 2) / (k / 2) * (1 + k * z) * std::exp(-k * z), 1e-3));
         const std::vector<float> spread = below(cell);
         const double sum = std::accumulate(spread.begin(), spread.end(), 0.0),
@@ -167,13 +171,13 @@ TEST_CASE(
 TEST_CASE("below a pressed cell the errors against Love's corners sum to less than 1e-3, at every depth and place") {
     constexpr double ratios[] = {0.05, 0.3, 1,    1.5, 2,  2.5,   3,  3.5, 4,  5, 6,
                                  6.5,  7,   7.99, 8,   10, 13.99, 14, 22,  28, 40};
-    for (const Poisson nu : {Poisson(), Poisson(0.4)})
+    for (const auto kernel : {DepthKernel::stress, DepthKernel::strain, DepthKernel::displacement})
         for (double z : ratios) {
             CAPTURE(z);
-            CAPTURE(nu.has_value());
+            CAPTURE(kernel);
             if (!night() && z > 14) continue;
             const int cells = night() ? std::clamp(int(14 * z), 96, 512) : 96;
-            CHECK(greatest_sum_of_errors(z, nu, cells, night() ? 1 : 11) <= model::spread_error);
+            CHECK(greatest_sum_of_errors({z, kernel, 0.4}, cells, night() ? 1 : 11) <= model::spread_error);
         }
 }
 
@@ -181,16 +185,15 @@ TEST_CASE("pads of up to 8 x 8 cells have the sums over all cells, within 4 unit
     Random r;
     for (int n = 0; n < 60; ++n) {
         const int width = whole(r, 1, 8), height = whole(r, 1, 8);
-        const double z = r.decades(-1, 2);
-        const Poisson nu = chance(r, 0.5) ? Poisson(r.within(0, 0.5)) : Poisson();
+        const Depth depth{r.decades(-1, 2), DepthKernel(whole(r, 0, 2)), r.within(0, 0.5)};
         std::vector<float> pressure(size_t(width * height));
         for (float& p : pressure) p = float(r.within(0, 1));
-        const std::vector<float> spread = Below(width, height, z, nu)(pressure);
+        const std::vector<float> spread = Below(width, height, depth)(pressure);
         for (int at = 0; at < width * height; ++at) {
             double sum = 0, sizes = 0; // a strain has weights of both signs
             for (int i = 0; i < width * height; ++i) {
                 const double part =
-                    double(pressure[size_t(i)]) * of_cell(at % width - i % width, at / width - i / width, z, nu);
+                    double(pressure[size_t(i)]) * of_cell(at % width - i % width, at / width - i / width, depth);
                 sum += part, sizes += std::abs(part);
             }
             CHECK(spread[size_t(at)] == absolute(sum, 4 * 0x1p-23 * sizes));
@@ -269,7 +272,7 @@ TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the g
         d.material.spring.reset();
         if (chance(r, 0.5)) d.material.spring = r.decades(4, 6);
         if (chance(r, 0.5)) d.receptors.sa2_adaptation = r.decades(-2, 0);
-        if (chance(r, 0.5)) d.receptors.kernel = Receptors::Kernel::strain, d.receptors.poisson = r.within(0, 0.5);
+        if (chance(r, 0.5)) d.receptors.kernel = DepthKernel::strain, d.receptors.poisson = r.within(0, 0.5);
         Depths& z = d.receptors.depth;
         for (std::optional<double>* depth : {&z.sa1, &z.sa2, &z.fa1, &z.fa2})
             *depth = spread_spacing * r.decades(-1, 1.5);
@@ -283,8 +286,7 @@ TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the g
         s.output.fields = {{0.02, {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::curvature}}};
         const Result scene = run(s);
         SkinDescription surface = d;
-        surface.receptors.depth = {}, surface.receptors.kernel = Receptors::Kernel::stress,
-        surface.receptors.poisson.reset();
+        surface.receptors.depth = {}, surface.receptors.kernel = DepthKernel::stress, surface.receptors.poisson.reset();
         surface.material.curvature_length = 0;
         Skin skin(Device::cpu(1), d), signals(Device::cpu(1), surface);
         double greatest[4] = {}; // of each signal: what has decayed in float is what greater numbers have left

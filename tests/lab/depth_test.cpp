@@ -85,7 +85,7 @@ TEST_CASE("on the axis of an even disc the stress is that of Boussinesq") {
         s.receptors.depth.sa1 = z;
         const double c = z / std::hypot(radius, z);
         CHECK(at_end(s) == doctest::Approx(1 - c * c * c).epsilon(2e-5));
-        s.receptors.kernel = Receptors::Kernel::strain; // E times strain, from the stresses of the same disc
+        s.receptors.kernel = DepthKernel::strain; // E times strain, from the stresses of the same disc
         for (double nu : {0.0, 0.4, 0.5}) {
             s.receptors.poisson = nu;
             const double sideways = (1 + 2 * nu) / 2 - (1 + nu) * c + c * c * c / 2; // each of the horizontal stresses
@@ -122,19 +122,24 @@ TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") 
     for (int i = 0; i < 23 * 17; ++i) map.push_back(std::sin(3.0 * i) * (i % 5));
     s.load.map = map;
     s.material.curvature_length = 0;
-    for (std::optional<double> poisson : {std::optional<double>(), {0.0}, {0.37}, {0.5}}) {
-        if (poisson) s.receptors.kernel = Receptors::Kernel::strain;
-        s.receptors.poisson = poisson;
+    for (auto [kernel, nu] : {std::pair{DepthKernel::stress, 0.0},
+                              {DepthKernel::strain, 0.0},
+                              {DepthKernel::strain, 0.37},
+                              {DepthKernel::strain, 0.5},
+                              {DepthKernel::displacement, 0.37}}) {
+        s.receptors.kernel.fa2 = kernel;
+        s.receptors.poisson.reset();
+        if (kernel != DepthKernel::stress) s.receptors.poisson = nu;
         const std::vector<double> deep = field_of(s, Quantity::fa2, 0.3), own = [&] {
             Scene flat = s;
             flat.receptors.depth = {};
-            flat.receptors.kernel = Receptors::Kernel::stress;
+            flat.receptors.kernel = DepthKernel::stress;
             flat.receptors.poisson.reset();
             return field_of(flat, Quantity::fa2, 0.3);
         }();
         std::vector<long double> weights;
         for (int i = 0; i < 23 * 17; ++i)
-            weights.push_back(oracle::below_cell(5e-5L * (i % 23), 5e-5L * (i / 23), 5e-5L, 3e-4L, poisson));
+            weights.push_back(oracle::below_cell(5e-5L * (i % 23), 5e-5L * (i / 23), 5e-5L, 3e-4L, kernel, nu));
         std::vector<double> sums;
         for (int i = 0; i < 23 * 17; ++i) {
             long double sum = 0;
@@ -148,19 +153,18 @@ TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") 
 
 TEST_CASE("what a cell adds is right to its last place, however near, deep or far away it is") {
     for (double depth : {0.05, 0.9, 1.9, 2.1, 3.9, 4.1, 30.0, 44.0, 46.0, 1000.0, 2e4}) // cells
-        for (std::optional<double> poisson : {std::optional<double>(), {0.3}}) {
+        for (auto kernel : {DepthKernel::stress, DepthKernel::strain, DepthKernel::displacement}) {
             CAPTURE(depth);
+            CAPTURE(kernel);
             const double h = 0x1p-14;
-            const model::HalfSpace space(
-                {.width = 60, .height = 50, .spacing = h},
-                {depth * h, poisson ? Receptors::Kernel::strain : Receptors::Kernel::stress, poisson.value_or(0)});
+            const model::HalfSpace space({.width = 60, .height = 50, .spacing = h}, {depth * h, kernel, 0.3});
             double norm = 0, squares = 0, most = 0, worst = 0;
             for (int y = 0; y < 50; ++y)
                 for (int x = 0; x < 60; ++x) {
                     const double w = space.weight(-x, y), of = (x > 0 ? 2 : 1) * (y > 0 ? 2 : 1);
                     norm += of * std::abs(w), squares += of * w * w, most = std::max(most, std::abs(w));
                     if ((x * y) % 7 > 1 || (x + y > 3 && depth < 1)) continue; // the reference takes its time
-                    const long double exact = oracle::below_cell(x * h, y * h, h, depth * h, poisson);
+                    const long double exact = oracle::below_cell(x * h, y * h, h, depth * h, kernel, 0.3);
                     worst = std::max(worst, double(std::abs(w - exact)) / std::max(std::abs(w), space.most() / 8));
                 }
             CHECK(worst <= 1.1 * 0x1p-53);
@@ -191,14 +195,15 @@ TEST_CASE("stresses at a depth are within their bound, which is at most 100 time
                                   : kind == 2 ? std::sqrt(std::max(0.0, 1 - r * r))
                                               : i == cells / 2);
                 }
-                const bool strain = kind == 3;
-                const model::HalfSpace first(grid, {depth * h, Receptors::Kernel::stress, 0}),
-                    space(grid, {depth * h, strain ? Receptors::Kernel::strain : Receptors::Kernel::stress, nu});
+                const DepthKernel kernel = kind == 3   ? DepthKernel::strain
+                                           : kind == 2 ? DepthKernel::displacement
+                                                       : DepthKernel::stress;
+                const model::HalfSpace first(grid, {depth * h, DepthKernel::stress, 0}),
+                    space(grid, {depth * h, kernel, nu});
                 const auto stress = model::stresses_of(map, grid, {&first, &space}, pool)[1];
                 std::vector<long double> weights;
                 for (int i = 0; i < cells; ++i)
-                    weights.push_back(oracle::below_cell(h * (i % width), h * (i / width), h, depth * h,
-                                                         strain ? std::optional<long double>(nu) : std::nullopt));
+                    weights.push_back(oracle::below_cell(h * (i % width), h * (i / width), h, depth * h, kernel, nu));
                 double error = 0, peak = 0;
                 for (int i = 0; i < cells; ++i) {
                     long double sum = 0;
@@ -348,10 +353,10 @@ double distance_of(const Result& a, const Result& b) {
 }
 
 TEST_CASE("fields, traces and sites of frames at depths are those of the product, within 1e-3 of what presses") {
-    for (auto kernel : {Receptors::Kernel::stress, Receptors::Kernel::strain}) {
+    for (auto kernel : {DepthKernel::stress, DepthKernel::strain}) {
         Scene product = read_everywhere(70, 41);
         product.receptors.kernel = kernel;
-        if (kernel == Receptors::Kernel::strain) product.receptors.poisson = 0.4;
+        if (kernel == DepthKernel::strain) product.receptors.poisson = 0.4;
         const AsFrames frames(product);
         const Result a = run(frames.scene), b = run(product);
         CHECK(int(a.model) == int(Model::march));
@@ -458,13 +463,13 @@ TEST_CASE("where a depth would be wrong it is refused by name") {
     };
     contains(why([](Scene& s) { s.receptors.depth.fa1 = -1e-4; }), "receptors.depth.fa1 = -1e-04");
     contains(why([](Scene& s) {
-                 s.receptors.kernel = Receptors::Kernel::strain;
+                 s.receptors.kernel = DepthKernel::strain;
                  s.receptors.depth.sa1 = 0;
              }),
              "receptors.depth.sa1 = 0; allowed: m, > 0");
     contains(why([](Scene& s) { s.receptors.poisson = 0.3; }), "receptors.poisson = 0.3; allowed: only with");
     contains(why([](Scene& s) {
-                 s.receptors.kernel = Receptors::Kernel::strain;
+                 s.receptors.kernel = DepthKernel::strain;
                  s.receptors.poisson = 0.51;
              }),
              "receptors.poisson = 0.51; allowed: 0..0.5");

@@ -129,6 +129,7 @@ Place place_of(const scene::KeyRow& row) {
     if (row.table == "load.window.")
         return {fingertip + "[load]\nenvelope = \"sine\"\nwindow = { until = 9 }", row.table};
     if (row.table == "load.grating.") return {fingertip + "[load.grating]\nwavelength = 1e-3", row.table};
+    if (row.table == "receptors.kernel.") return {fingertip + "[receptors.kernel]\nfa1 = \"strain\"", row.table};
     if (row.table == "receptors." || row.table == "receptors.depth.")
         return {fingertip + "[receptors]\nkernel = \"strain\"", row.table};
     if (row.table == "output.fields.")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The fingertip of the preset, and what a scene in metres has to say of its material.
+#include "dermis/contact.hpp"
 #include "host/core/description/names.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
@@ -122,7 +123,7 @@ TEST_CASE("the word fingertip gives the depths at which the afferents were fitte
     for (auto depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
         for (const Receptors& r : {s.receptors, set.receptors, Scene::from_string(scene::written(s).text).receptors})
             CHECK(*(r.depth.*depth) == *(depths.*depth));
-    CHECK(s.receptors.kernel == Receptors::Kernel::stress);
+    CHECK(s.receptors.kernel.fa2 == DepthKernel::stress);
     CHECK_FALSE(scene_of(tip_preset).receptors.depth.sa1.has_value());
     CHECK(holds(why_not(tip_preset + "[receptors]\ndepth = \"thumb\"\n"),
                 "receptors.depth = 'thumb'; allowed: \"fingertip\", or a table of depths"));
@@ -150,6 +151,7 @@ TEST_CASE("below the probe of the fits receptors at these depths feel what the f
                      expected = displacement / (3.14159265358979 * radius * (1 - poisson * poisson)) *
                                 (1 + 3 * square) / ((1 + square) * (1 + square));
         CHECK(run(s).responses.back() == relative(expected, 0.01));
+        CHECK(contact::strain_below_punch(displacement, depth, radius) == relative(expected, 1e-14));
     }
 }
 

@@ -99,7 +99,7 @@ std::vector<std::pair<long double, long double>> gauss(int n) {
 
 } // namespace
 
-long double below_cell(long double x, long double y, long double h, long double z, std::optional<long double> poisson) {
+long double below_cell(long double x, long double y, long double h, long double z, DepthKernel kernel, long double nu) {
     static const auto nodes = gauss(20);
     const int parts = int(std::ceil(h / z)); // of the cell's sides, none longer than the depth
     const long double half = h / (2 * parts);
@@ -112,9 +112,13 @@ long double below_cell(long double x, long double y, long double h, long double 
                     const long double rho = std::sqrt(a * a + b * b + z * z);
                     const long double stress =
                         3 * z * z * z / (2 * pi * (rho * rho * rho * rho * rho)); // of a point force
-                    const long double strain =
-                        poisson ? (1 + *poisson) * (stress - 2 * *poisson * z / (2 * pi * rho * rho * rho)) : stress;
-                    sum += of_u * of_v * half * half * strain;
+                    const long double strain = (1 + nu) * (stress - 2 * nu * z / (2 * pi * rho * rho * rho)),
+                                      displacement = (1 + nu) / (2 * pi * rho) * (z * z / (rho * rho) + 2 * (1 - nu)),
+                                      length = z * (1 + nu) * (3 - 2 * nu) / 3;
+                    sum += of_u * of_v * half * half *
+                           (kernel == DepthKernel::stress   ? stress
+                            : kernel == DepthKernel::strain ? strain
+                                                            : displacement / length);
                 }
     return sum;
 }
@@ -424,12 +428,12 @@ class Evaluation {
             if (!((long double)p[i] == 0)) pressed.push_back(i);
         for (size_t q = 1; q < 5; ++q) {
             if (!of[q] || *of[q] == 0) continue;
-            std::optional<long double> poisson;
-            if (s_.receptors.kernel == Receptors::Kernel::strain) poisson = s_.receptors.poisson.value_or(0.4);
+            const DepthKernels& k = s_.receptors.kernel;
+            const DepthKernel kernel[] = {{}, k.sa1, k.sa2, k.fa1, k.fa2};
             Numbers& weight = weights_[q]; // made once
             for (int i = 0; weight.size() < cells_; ++i)
                 weight.push_back(below_cell(*s_.grid.spacing * (i % width), *s_.grid.spacing * (i / width),
-                                            *s_.grid.spacing, *of[q], poisson));
+                                            *s_.grid.spacing, *of[q], kernel[q], s_.receptors.poisson.value_or(0.4)));
             for (int i = 0; i < width * height; ++i) {
                 Wide sum = 0;
                 for (size_t j : pressed)

@@ -59,9 +59,9 @@ struct Distance {
 Distance distance(const Exact&, const dermis::Scene&, const dermis::Result&);
 
 // What pressure 1 on a square cell of side h causes at a depth z below a point at (x, y) from its centre, by a sum over
-// point forces (Boussinesq): the vertical stress, or with a ratio of Poisson the vertical strain times the modulus.
+// point forces (Boussinesq), as DepthKernel says. nu: Poisson's ratio.
 // Exact to some 1e-17 where h is a few times z at most.
-long double below_cell(long double x, long double y, long double h, long double z, std::optional<long double> poisson);
+long double below_cell(long double x, long double y, long double h, long double z, dermis::DepthKernel, long double nu);
 
 // The curvature of a map by its definition, per cell^2.
 class Curvature {

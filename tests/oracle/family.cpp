@@ -407,8 +407,9 @@ void Family::take_depths(Scene& s) {
     if (!marches) s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
     else s.tolerance = 1e9;
     const bool strain = one_in(3);
-    if (strain) s.receptors.kernel = Receptors::Kernel::strain;
+    if (strain) s.receptors.kernel = DepthKernel::strain;
     if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
+    if (strain && one_in(2)) s.receptors.kernel.fa2 = DepthKernel::displacement;
     for (std::optional<double> Depths::*depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
         if (!one_in(3)) s.receptors.depth.*depth = *s.grid.spacing * decades(-0.5, 1.5);
 }

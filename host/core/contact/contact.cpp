@@ -132,6 +132,17 @@ double hertz_radius(double force, double ball, double modulus) {
     return std::cbrt(0.75 * force * ball / modulus);
 }
 
+double strain_below_punch(double indentation, double depth, double radius, double poisson) {
+    const DefaultFloats guard;
+    scene::need_finite("indentation", indentation);
+    scene::need_not_negative("depth", depth);
+    scene::need_positive("radius", radius);
+    scene::need(poisson >= 0 && poisson <= 0.5, "poisson", poisson, "0..0.5");
+    const double r = std::hypot(depth, radius), flat = radius / r, deep = depth / r;
+    return indentation / (std::numbers::pi * radius * (1 - poisson * poisson)) * flat * flat *
+           (flat * flat + 3 * deep * deep);
+}
+
 double foundation_stiffness(double force, double ball, double modulus) {
     const DefaultFloats guard;
     scene::need_positive("force", force);

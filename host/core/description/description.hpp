@@ -22,17 +22,18 @@ Map surface_heights(const SkinDescription&, int threads);
 // Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
 double cells_per_ridge(const SkinDescription&);
 
-// The classes of receptors, which are the responses, each with its member of Density and of Depths.
+// The classes of receptors, which are the responses, each with its member of Density, Depths and DepthKernels.
 struct ReceptorClass {
     Quantity type;
     double Density::*density;
     std::optional<double> Depths::*depth;
+    DepthKernel DepthKernels::*kernel;
 };
 inline constexpr ReceptorClass receptor_classes[] = {
-    {Quantity::sa1, &Density::sa1, &Depths::sa1},
-    {Quantity::sa2, &Density::sa2, &Depths::sa2},
-    {Quantity::fa1, &Density::fa1, &Depths::fa1},
-    {Quantity::fa2, &Density::fa2, &Depths::fa2},
+    {Quantity::sa1, &Density::sa1, &Depths::sa1, &DepthKernels::sa1},
+    {Quantity::sa2, &Density::sa2, &Depths::sa2, &DepthKernels::sa2},
+    {Quantity::fa1, &Density::fa1, &Depths::fa1, &DepthKernels::fa1},
+    {Quantity::fa2, &Density::fa2, &Depths::fa2, &DepthKernels::fa2},
 };
 // Returns their names, separated by commas.
 std::string receptor_class_names();
@@ -50,6 +51,12 @@ inline bool follows_stress(const Receptors& r) {
 inline bool follows_stress(const Receptors& r, const Afferents& a) {
     return a.follow == Signal::stress || (a.type == Quantity::sa1 && r.follow.sa1 == Signal::stress) ||
            (a.type == Quantity::sa2 && r.follow.sa2 == Signal::stress);
+}
+// Whether what acts at a depth depends on Poisson's ratio, for some class.
+inline bool reads_poisson(const Receptors& receptors) {
+    for (const ReceptorClass& c : receptor_classes)
+        if (receptors.kernel.*c.kernel != DepthKernel::stress) return true;
+    return false;
 }
 // Whether some class of receptors lies at a depth.
 inline bool has_depth(const Receptors& receptors) {

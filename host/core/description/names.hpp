@@ -35,7 +35,7 @@ DERMIS_NAMES(Stencil, {five_point, "five-point"}, {fourth_order, "fourth-order"}
 DERMIS_NAMES(Edges, {mirror, "mirror"}, {periodic, "periodic"}, {study_edges, "published"})
 DERMIS_NAMES(Fa2, {point, "point"}, {step_mean, "step-mean"})
 DERMIS_NAMES(Signal, {strain, "strain"}, {stress, "stress"})
-DERMIS_NAMES(Receptors::Kernel, {stress, "stress"}, {strain, "strain"})
+DERMIS_NAMES(DepthKernel, {stress, "stress"}, {strain, "strain"}, {displacement, "displacement"})
 DERMIS_NAMES(Surface::Kind, {flat, "flat"}, {wave, "wave"}, {spiral, "spiral"}, {map, "file"})
 
 template <class Enum> constexpr const char* text_of(Enum value) noexcept {

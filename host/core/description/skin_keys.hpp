@@ -75,6 +75,11 @@ inline constexpr auto rows<Depths> =
                Key{"fa1", &Depths::fa1, "m", not_negative, "none", "below the surface"},
                Key{"fa2", &Depths::fa2, "m", not_negative, "none", "below the surface"}};
 template <>
+inline constexpr auto rows<DepthKernels> = std::tuple{Key{"sa1", &DepthKernels::sa1, "", no_range, "", "acts on SA1"},
+                                                      Key{"sa2", &DepthKernels::sa2, "", no_range, "", "acts on SA2"},
+                                                      Key{"fa1", &DepthKernels::fa1, "", no_range, "", "acts on FA1"},
+                                                      Key{"fa2", &DepthKernels::fa2, "", no_range, "", "acts on FA2"}};
+template <>
 inline constexpr auto rows<Follow> = std::tuple{Key{"sa1", &Follow::sa1, "", no_range, "", "the input of SA1"},
                                                 Key{"sa2", &Follow::sa2, "", no_range, "", "the input of SA2"}};
 template <>
@@ -84,7 +89,7 @@ inline constexpr auto rows<Receptors> = std::tuple{
     Key{"fa2_gains", &Receptors::fa2_gains, "", number, "", "of positive and of negative values"},
     Key{"depth", &Receptors::depth, "", no_range, "none", "of each class below the surface, or \"fingertip\""},
     Key{"follow", &Receptors::follow, "", no_range, "", "the input of a class: strain or stress"},
-    Key{"kernel", &Receptors::kernel, "", no_range, "", "the stress or the strain at a depth"},
+    Key{"kernel", &Receptors::kernel, "", no_range, "\"stress\"", "what acts at the depth of a class, or of all"},
     Key{"poisson", &Receptors::poisson, "", half, "0.4", "Poisson's ratio of the half-space"},
     Key{"sa2_adaptation", &Receptors::sa2_adaptation, "s", positive, "none: SA2 is a plain integral", "of SA2"}};
 

@@ -66,8 +66,7 @@ void check_edges(const SkinDescription& s) {
 
 void check_depths(SkinDescription& s) {
     Receptors& r = s.receptors;
-    const bool strain = r.kernel == Receptors::Kernel::strain;
-    if (strain) r.poisson = r.poisson.value_or(0.4);
+    if (reads_poisson(r)) r.poisson = r.poisson.value_or(0.4);
     check_rows("receptors.", r);
     check_rows("receptors.depth.", r.depth);
     if (!has_depth(r)) return;
@@ -75,7 +74,9 @@ void check_depths(SkinDescription& s) {
         std::optional<double>& depth = r.depth.*c.depth;
         if (!depth) continue;
         const std::string key = std::string("receptors.depth.") + name(c.type);
-        need(*depth > 0 || !strain, key.c_str(), *depth, "m, > 0 with receptors.kernel = \"strain\"");
+        const DepthKernel kernel = r.kernel.*c.kernel;
+        need(*depth > 0 || kernel == DepthKernel::stress, key.c_str(), *depth,
+             std::string("m, > 0 with receptors.kernel = \"") + text_of(kernel) + "\"");
         need(s.grid.spacing.has_value(), key.c_str(), *depth, "only with grid.spacing");
         need(is_uniform(s.material), key.c_str(), *depth,
              "none where the material differs from cell to cell: the half-space is even");

@@ -30,7 +30,7 @@ class SampleStream {
         model::Chain chain; // elements in series, at most 10
         model::Wanted wanted = every;
         Depths depth; // of classes, in cells
-        Receptors::Kernel kernel = Receptors::Kernel::stress;
+        DepthKernels kernel;
     };
     explicit SampleStream(const Options&);
     // Makes a sample that runs the same kernels as another skin.

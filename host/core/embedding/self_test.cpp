@@ -155,7 +155,7 @@ SelfTest self_test(model::Backend& backend) {
     // Level 0 with a stencil, levels without, and a class at the surface.
     for (const bool pads : {false, true})
         compare_presses(test.kernels[SelfTest::spread], backend,
-                        SampleStream({.pads = pads, .depth = {3, 11, {}, 20}, .kernel = Receptors::Kernel::strain}));
+                        SampleStream({.pads = pads, .depth = {3, 11, {}, 20}, .kernel = DepthKernel::strain}));
     SelfTest::Kernel& others = test.kernels[SelfTest::others];
     for (const Kind& kind : {Kind{{.gains = false}},
                              {{.gains = false}, true},

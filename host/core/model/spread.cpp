@@ -137,7 +137,7 @@ void fit(Spread& levels, const Depth& depth, double reach) {
         first.push_back(unknowns);
         if (level.radius >= 0) unknowns += place_of(level.radius, level.radius) + 1;
     }
-    const PointForce<double> below(depth), stress({depth.depth, Receptors::Kernel::stress, 0});
+    const PointForce<double> below(depth), stress({depth.depth, DepthKernel::stress, 0});
     const int period = 1 << (levels.size() - 1);
     Numbers numbers;
     Offsets offsets(std::min(std::max(1.5 * depth.depth, 4.0), reach / 1.125), reach);
@@ -184,7 +184,7 @@ Spread spread_of(const Depth& depth, int width, int height) {
             for (int a = 0; a < most; ++a) levels[0].weights.push_back(of_square(double(a), double(b), 1.0, below));
         return levels;
     }
-    const bool stress = depth.kernel == Receptors::Kernel::stress;
+    const bool stress = depth.kernel == DepthKernel::stress;
     int stencils = stress ? 5 : 32; // beyond five levels is less than 1e-4 of the force of a stress
     for (double node = 1;; node *= 2) {
         SpreadLevel& last = levels.back();

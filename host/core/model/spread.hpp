@@ -18,25 +18,31 @@ namespace dermis::model {
 
 // A depth, and what acts there.
 struct Depth {
-    double depth;             // m, > 0
-    Receptors::Kernel kernel; // the vertical stress, or the vertical strain times the modulus
-    double poisson;           // Poisson's ratio; ignored for the stress
+    double depth; // m, > 0
+    DepthKernel kernel;
+    double poisson; // Poisson's ratio; ignored for the stress
     bool operator==(const Depth&) const = default;
 };
 
 // What acts at a point, a and b meters beside a point force, per unit of the force, 1/m^2: of the distance rho,
-// far/rho^5 - near/rho^3.
+// far/rho^5 - near/rho^3 + wide/rho.
 template <class T> struct PointForce {
-    T square, near, far;
+    T square, near = 0, far = 0, wide = 0;
     explicit PointForce(const Depth& d) {
-        const T z = d.depth, nu = d.poisson, pi = std::numbers::pi_v<T>,
-                of = d.kernel == Receptors::Kernel::stress ? 1 : 1 + nu;
-        square = z * z, far = of * 3 * z * z * z / (2 * pi);
-        near = d.kernel == Receptors::Kernel::stress ? 0 : of * nu * z / pi;
+        using enum DepthKernel;
+        const T z = d.depth, nu = d.poisson, pi = std::numbers::pi_v<T>, of = d.kernel == stress ? 1 : 1 + nu;
+        square = z * z;
+        if (d.kernel == displacement) { // times the modulus, over the length that makes it the stress on the axis
+            wide = 3 * (1 - nu) / ((3 - 2 * nu) * pi * z);
+            near = -3 * z / ((3 - 2 * nu) * 2 * pi);
+            return;
+        }
+        far = of * 3 * z * z * z / (2 * pi);
+        if (d.kernel == strain) near = of * nu * z / pi;
     }
     T operator()(T a, T b) const {
-        const T inverse = 1 / (a * a + b * b + square);
-        return inverse * std::sqrt(inverse) * (far * inverse - near);
+        const T rho = a * a + b * b + square, inverse = 1 / rho;
+        return inverse * std::sqrt(inverse) * (far * inverse - near + wide * rho);
     }
 };
 
@@ -71,7 +77,8 @@ struct SpreadLevel {
 };
 
 // The levels on a grid, level 0 first. Spread values differ from the sums over all cells by at most `spread_error` of
-// the greatest |value| spread, at every depth (tests/core/spread_test.cpp).
+// the greatest |value| spread, times the sum of all |weights| if that is above 1, as a displacement's is, at every
+// depth (tests/core/spread_test.cpp).
 using Spread = std::vector<SpreadLevel>;
 constexpr double spread_error = 1e-3;
 constexpr double least_depth = 1e-6, most_depth = 1e6; // cells

@@ -98,7 +98,7 @@ void take_depths(StreamedSkin& s) {
         const std::optional<double> depth = d.receptors.depth.*c.depth;
         const bool fires = std::ranges::any_of(s.afferents, [&](const Afferents& a) { return a.type == c.type; });
         if (!depth || !(s.wanted[size_t(c.type)] || fires)) continue;
-        const Depth in_cells{*depth / s.skin.spacing(), d.receptors.kernel, d.receptors.poisson.value_or(0)};
+        const Depth in_cells{*depth / s.skin.spacing(), d.receptors.kernel.*c.kernel, d.receptors.poisson.value_or(0)};
         if (!(in_cells.depth >= least_depth && in_cells.depth <= most_depth))
             scene::refuse("receptors.depth." + std::string(name(c.type)), shortest(*depth),
                           "0, or " + shortest(least_depth * s.skin.spacing()) + " .. " +

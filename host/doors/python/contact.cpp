@@ -291,6 +291,15 @@ void bind_contact(nb::module_& m) {
         "Return the stiffness, Pa per m, with which add_depths presses a ball's patch with the radius of Hertz's.");
     add_of_ball("hertz_radius", contact::hertz_radius,
                 "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");
+    m.def(
+        "strain_below_punch",
+        [](double indentation, double depth, double radius, double poisson) {
+            return unlocked([&] { return contact::strain_below_punch(indentation, depth, radius, poisson); });
+        },
+        nb::arg("indentation"), nb::arg("depth"), nb::arg("radius"), nb::arg("poisson") = 0.4,
+        "Return the stress over the modulus at a depth below the middle of a flat punch: what an afferent feels "
+        "there.\n"
+        "indentation, depth, radius: m; poisson: Poisson's ratio of the half-space, 0..0.5.");
 }
 
 } // namespace dermis::python

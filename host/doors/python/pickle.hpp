@@ -21,6 +21,7 @@ DERMIS_MEMBERS(Surface, kind, ridges, noise, noise_length, relief, map, curvatur
 DERMIS_MEMBERS(KelvinVoigt, modulus, viscosity, modulus_map, viscosity_map)
 DERMIS_MEMBERS(Material, modulus, viscosity, thickness, length, modulus_map, viscosity_map, elements, spring, dashpot)
 DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2)
+DERMIS_MEMBERS(DepthKernels, sa1, sa2, fa1, fa2)
 DERMIS_MEMBERS(Follow, sa1, sa2)
 DERMIS_MEMBERS(Receptors, sa2_adaptation, fa2, fa2_gains, depth, kernel, poisson, follow)
 DERMIS_MEMBERS(Site, type, cell)

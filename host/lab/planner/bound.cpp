@@ -167,7 +167,7 @@ class Analysis {
         s.gain = INFINITY;
         if (!deep) return;
         const double most = std::abs(s.value) + s.off;
-        s.off = deep->norm * s.off + (model::spread_error + deep->rounded) * most;
+        s.off = deep->norm * s.off + (model::spread_error * std::max(deep->norm, 1.0) + deep->rounded) * most;
         s.value *= deep->share;
         s.magnitude *= deep->share;
     }

@@ -29,6 +29,7 @@ constexpr size_t most_stops = 20'000'000, most_steps = 1'000'000'000;
 // Fibres with the same kind of input.
 struct Group {
     std::optional<double> depth;
+    DepthKernel kernel = {};
     bool stress = false;
     std::vector<size_t> entries; // of Scene::afferents
 };
@@ -38,10 +39,10 @@ std::vector<Group> groups_of(const Scene& s, const std::vector<Afferents>& all) 
     for (size_t i = 0; i < all.size(); ++i) {
         Group g;
         for (const scene::ReceptorClass& c : scene::receptor_classes)
-            if (c.type == all[i].type) g.depth = s.receptors.depth.*c.depth;
+            if (c.type == all[i].type) g.depth = s.receptors.depth.*c.depth, g.kernel = s.receptors.kernel.*c.kernel;
         g.stress = scene::follows_stress(s.receptors, all[i]);
-        auto known =
-            std::ranges::find_if(groups, [&](const Group& k) { return k.depth == g.depth && k.stress == g.stress; });
+        auto known = std::ranges::find_if(
+            groups, [&](const Group& k) { return k.depth == g.depth && k.kernel == g.kernel && k.stress == g.stress; });
         if (known == groups.end()) known = groups.insert(groups.end(), g);
         known->entries.push_back(i);
     }
@@ -56,8 +57,8 @@ scene::ValidatedScene felt_by(const Group& group, const std::vector<Afferents>& 
         s.surface = {.kind = Surface::Kind::flat, .relief = s.surface.relief}; // it would change nothing
     const Receptors given = std::exchange(s.receptors, {});
     s.receptors.depth.sa1 = group.depth;
-    if (group.depth) s.receptors.kernel = given.kernel;
-    if (group.depth || scene::is_indenter(s.load)) s.receptors.poisson = given.poisson;
+    if (group.depth) s.receptors.kernel = group.kernel;
+    if (scene::reads_poisson(s.receptors) || scene::is_indenter(s.load)) s.receptors.poisson = given.poisson;
     if (group.stress && s.load.control == Control::depth) s.receptors.follow.sa1 = Signal::stress;
     else if (group.stress) {
         Material spring;

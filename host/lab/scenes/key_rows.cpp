@@ -25,6 +25,8 @@ template <class T> std::string python_type(const std::string& unit, bool optiona
     else if constexpr (std::is_same_v<T, double>) return can_be_in(unit) ? "NumberWithUnit" : "float";
     else if constexpr (std::is_enum_v<T>) return "Literal[" + quoted_names<T>() + "]";
     else if constexpr (std::is_same_v<T, Depths>) return "Literal[\"fingertip\"] | Mapping[str, Any]";
+    else if constexpr (std::is_same_v<T, DepthKernels>)
+        return "Literal[" + quoted_names<DepthKernel>() + "] | Mapping[str, Any]";
     else if constexpr (std::is_same_v<T, Cell>) return "Sequence[CellOrPlace]";
     else if constexpr (std::is_same_v<T, std::vector<Cell>>) return "Cells";
     else if constexpr (requires(T t) { double(*t.begin()); }) return "Numbers";

@@ -56,6 +56,12 @@ void read_value(Section& table, const char* key, const char* unit, Value& value,
                 table.permit(key, table.text(key) == "fingertip", "\"fingertip\", or a table of depths");
                 return void(value = fingertip_depths());
             }
+        if constexpr (std::is_same_v<T, DepthKernels>)
+            if (table.has_text(key)) {
+                DepthKernel all{};
+                read_value(table, key, unit, all, grid);
+                return void(value = all);
+            }
         Section inner = table.section(key);
         T own{};
         if constexpr (!Held<Value>::optional) own = value;

@@ -78,8 +78,8 @@ void check_control(Scene& s) {
     const bool indenter = is_indenter(l), depth = l.control == Control::depth;
     if (indenter && !depth) refuse("load.control", "\"pressure\"", "\"depth\" with load.kind \"punch\" or \"ball\"");
     if (indenter && l.texture) refuse("load.texture", "(given)", "none with load.kind \"punch\" or \"ball\"");
-    need(!poisson || indenter || s.receptors.kernel == Receptors::Kernel::strain, "receptors.poisson",
-         poisson.value_or(0), "only with receptors.kernel = \"strain\", or load.kind \"punch\" or \"ball\"");
+    need(!poisson || indenter || reads_poisson(s.receptors), "receptors.poisson", poisson.value_or(0),
+         "only with receptors.kernel = \"strain\" or \"displacement\", or load.kind \"punch\" or \"ball\"");
     const bool follows = follows_stress(s.receptors);
     for (auto [asked, key, value] :
          {std::tuple{depth, "load.control", "\"depth\""}, {follows, "receptors.follow", "\"stress\""}}) {

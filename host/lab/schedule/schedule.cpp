@@ -76,7 +76,7 @@ void take_depths(Schedule& s, const PreparedSkin& skin, int threads) {
         auto& space = s.half_space[size_t(c.type)];
         const std::optional<double> depth = receptors.depth.*c.depth;
         if (depth && s.wanted[size_t(c.type)]) {
-            const Depth of{*depth, receptors.kernel, receptors.poisson.value_or(0)};
+            const Depth of{*depth, receptors.kernel.*c.kernel, receptors.poisson.value_or(0)};
             for (const auto& known : s.half_space)
                 if (known && known->depth() == of) space = known;
             if (!space) spaces.push_back((space = std::make_shared<const HalfSpace>(grid, of)).get());

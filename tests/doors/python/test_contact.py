@@ -84,6 +84,10 @@ def test_a_contact_that_is_refused_is_named_and_nothing_happens():
     with pytest.raises(dermis.Error, match="^ball = 0"):
         contact.hertz_radius(1.0, 0.0, 1e5)
     assert contact.hertz_radius(1.0, 0.01, 1e5) == pytest.approx((3 * 1.0 * 0.01 / 4e5) ** (1 / 3))
+    assert contact.strain_below_punch(1e-3, 0.0, 5e-4) == pytest.approx(1e-3 / (np.pi * 5e-4 * 0.84))
+    for arguments, name in (((np.nan, 0, 1), "indentation"), ((1, -1, 1), "depth"), ((1, 0, 0), "radius"), ((1, 0, 1, 0.6), "poisson")):
+        with pytest.raises(dermis.InputError, match=name):
+            contact.strain_below_punch(*arguments)
 
 
 def test_taxels_share_their_force_with_the_cells_below():

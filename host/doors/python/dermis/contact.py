@@ -22,11 +22,11 @@ from typing import Any
 from . import _core
 from ._answers import answered
 from ._core import (Body, Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, fill_depths,
-                    foundation_stiffness, hertz_radius)
+                    foundation_stiffness, hertz_radius, strain_below_punch)
 from ._core import ContactReport
 
 __all__ = ["Body", "Contact", "ContactReport", "Pad", "Pose", "Touch", "WorldContact", "add_contacts", "add_depths",
-           "add_taxels", "fill_depths", "foundation_stiffness", "hertz_radius"]
+           "add_taxels", "fill_depths", "foundation_stiffness", "hertz_radius", "strain_below_punch"]
 _OLD = {"Report": "ContactReport", "depths_of": "fill_depths"}  # until 1.0
 
 
