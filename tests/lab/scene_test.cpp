@@ -130,7 +130,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[grid]\nmodulus = 2", "scene.toml:2|grid.modulus = 2; no such key here|; modulus belongs to [material]"},
         {"[load]\nduration = 2", "load.duration = 2|; duration belongs to [time]"},
         {"[time]\ntolerance = 2", "time.tolerance = 2|; tolerance belongs to the top of the file"},
-        {"sa1 = 2", "sa1 = 2|; sa1 belongs to [receptors.depth], [receptors.follow], [sites.density]"},
+        {"sa1 = 2",
+         "sa1 = 2|; sa1 belongs to [receptors.depth], [receptors.kernel], [receptors.follow], [sites.density]"},
         {"[time]\npath = 2", "time.path = 2|; path belongs to [surface], [load], [load.texture], [sites]"},
         // a unit of something else, or none
         {"[material]\nmodulus = \"100\"",

@@ -161,6 +161,11 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro("sites", sites_of,
                      nb::sig("def sites(self) -> list[tuple[dermis._typing.ReceptorType, int, int]]"),
                      "The sites as (type, x, y), in the order of their responses.")
+        .def_prop_ro("_pattern_velocity",
+                     [](const Scene& s) -> nb::object {
+                         const auto v = scene::pattern_velocity(s.load);
+                         return v ? nb::object(nb::make_tuple((*v)[0], (*v)[1])) : nb::none();
+                     })
         .def_prop_ro(
             "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");
     for (const std::string name : tables) {

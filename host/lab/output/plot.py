@@ -50,7 +50,8 @@ class Run:
     receptors: list[tuple[str, int, int]]  # class and cell
     responses: Array  # of shape (times, sites)
     spikes: Array  # with the fields time, in s, and afferent
-    fibres: list[str]  # the class of each afferent
+    fibres: list[tuple[str, float, float]]  # the class of each afferent and its cell, or the middle of its endings' cells
+    velocity: tuple[float, float] | None  # of the pattern that slides over the skin, m/s or cells/s; None: nothing slides
     facts: dict[str, str]
     warnings: list[str] = dataclasses.field(default_factory=list)
     scene: str = ""  # the text of the scene; empty: not known
@@ -101,7 +102,7 @@ def run_in(folder: Path) -> Run:
     spikes, fibres = np.empty(0, [("time", "f8"), ("afferent", "u4")]), []
     if (folder / "afferents.csv").exists():
         spikes = _read(folder / "spikes.npy", np.load, "rb")
-        fibres = [row["class"] for row in _read(folder / "afferents.csv")]
+        fibres = [(row["class"], float(row["x"]), float(row["y"])) for row in _read(folder / "afferents.csv")]
     plan, grid = summary["plan"], summary["grid"]
     facts = {"grid": f"{grid['width']} x {grid['height']} cells", "steps": str(summary["steps"]),
              "method": plan["method"], "model": plan["model"], "precision": plan["precision"],
@@ -115,8 +116,8 @@ def run_in(folder: Path) -> Run:
                time=columns.pop("time"), columns=columns,
                impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
                          for row in _read(folder / "impulses.csv")],
-               fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres, facts=facts,
-               warnings=summary["warnings"], scene=summary["scene"])
+               fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres,
+               velocity=summary.get("pattern_velocity"), facts=facts, warnings=summary["warnings"], scene=summary["scene"])
 
 
 def run_of(result: Any) -> Run:
@@ -130,15 +131,17 @@ def run_of(result: Any) -> Run:
     scene = result.scene
     fibres = []
     for a in scene.afferents:
-        cells = len(a.cells) or sum(kind == a.type for kind, _, _ in scene.sites)
-        fibres += [a.type] * (cells if a.radius else cells // a.endings)
+        cells = np.array(a.cells or [(x, y) for kind, x, y in scene.sites if kind == a.type], float)
+        middles = cells if a.radius else cells.reshape(-1, a.endings, 2).mean(axis=1)
+        fibres += [(a.type, x, y) for x, y in middles]
     facts = {"grid": f"{scene.width} x {scene.height} cells", "steps": str(result.steps), "model": result.model,
              "precision": result.precision, "device": result.device.name,
              "time of stepping": f"{result.seconds:.3g} s"}
     return Run(title="dermis", width=scene.width, height=scene.height, spacing=scene.spacing, time=result.time,
                columns=columns,
                impulses=[(i.time, i.quantity, i.mean) for i in result.impulses], fields=dict(result.fields),
-               receptors=scene.sites, responses=result.responses, spikes=result.spikes, fibres=fibres, facts=facts)
+               receptors=scene.sites, responses=result.responses, spikes=result.spikes, fibres=fibres,
+               velocity=scene._pattern_velocity, facts=facts)
 
 
 def _figure(rows: int, columns: int, width: float, height: float, **options: Any) -> tuple[Figure, Any]:
@@ -285,14 +288,14 @@ def receptors(run: Run) -> Figure | None:
 
 def spikes(run: Run) -> Figure | None:
     """Draw each spike as a dot, the afferents of a class one above the other, and the rate of each class."""
-    kinds = [kind for kind in CLASSES if kind in run.fibres]
+    classes = [kind for kind, _, _ in run.fibres]
+    kinds = [kind for kind in CLASSES if kind in classes]
     if not kinds:
         return None
     figure, panels = _figure(2, 1, 8, 5.5, sharex=True, height_ratios=[2, 1])
     raster, rate = panels[:, 0]
-    order = np.argsort([kinds.index(kind) for kind in run.fibres], kind="stable")
-    row = np.argsort(order)
-    of_kind = np.array([kinds.index(kind) for kind in run.fibres])
+    of_kind = np.array([kinds.index(kind) for kind in classes])
+    row = np.argsort(np.argsort(of_kind, kind="stable"))
     times, numbers = run.spikes["time"], run.spikes["afferent"].astype(int)
     end = max([*run.time[-1:], *times], default=1.0)
     bins = np.linspace(0, end, 51)
@@ -305,6 +308,34 @@ def spikes(run: Run) -> Figure | None:
     raster.set(ylabel="afferent", ylim=(-1, len(run.fibres)))
     raster.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     rate.set(xlabel="time (s)", ylabel="rate of an afferent (1/s)", xlim=(0, end))
+    return figure
+
+
+def events(run: Run) -> Figure | None:
+    """Draw a dot for each spike at the place of the sliding pattern that was then at the afferent, a panel for each class.
+
+    This is the spatial event plot of Phillips, Johnson and Hsiao (PNAS 85, 1988, 1317): many afferents stand in for one
+    that is swept by the pattern at many places.
+    """
+    times, numbers = run.spikes["time"], run.spikes["afferent"].astype(int)
+    kinds = [kind for kind in CLASSES if kind in {run.fibres[n][0] for n in numbers}]
+    if not kinds or not run.velocity or not any(run.velocity):
+        return None
+    unit, cell = run.length()
+    classes = np.array([kind for kind, _, _ in run.fibres])
+    per_second = np.array(run.velocity) * (1e3 if run.spacing else 1)
+    places = cell * np.array([fibre[1:] for fibre in run.fibres])[numbers] - times[:, None] * per_second
+    across, along = np.ptp(places, axis=0)[::-1] + 1e-9
+    beside = across > along / 3
+    height = float(np.clip((8 / len(kinds) if beside else 8) * across / along, 0.8, 8)) + 0.7
+    figure, panels = _figure(*((1, len(kinds)) if beside else (len(kinds), 1)), 8, height * (1 if beside else len(kinds)),
+                             sharex=True, sharey=True)
+    for kind, panel in zip(kinds, panels.flat):
+        own = classes[numbers] == kind
+        panel.plot(*places[own].T, ".", color=CLASSES[kind], markersize=2, rasterized=own.sum() > 5000)
+        panel.set_title(f"{kind.upper()}, {own.sum()} spikes of {(classes == kind).sum()} afferents", fontsize=9)
+        panel.set(xlabel=f"x of the pattern ({unit})", ylabel=f"y of the pattern ({unit})", aspect="equal")
+        panel.label_outer()
     return figure
 
 
@@ -427,13 +458,14 @@ def errors(rows: list[dict[str, str]]) -> Figure:
     return figure
 
 
-RUN_FIGURES: tuple[Callable[[Run], Figure | None], ...] = (traces, maps, surface, receptors, spikes)
+RUN_FIGURES: tuple[Callable[[Run], Figure | None], ...] = (traces, maps, surface, receptors, spikes, events)
 CAPTIONS = {
     "traces": "Mean of all cells, probes, and the span from the least cell to the greatest.",
     "maps": "Fields of the scene.",
     "surface": "The surface of the skin as it is pressed.",
     "receptors": "Sites in their places when one of their class answers most, and all of them over time.",
     "spikes": "Spikes of the afferents (nerve fibres of the skin), and how often an afferent fires.",
+    "events": "Spikes where the sliding pattern was then at their afferent: what the afferents see of the pattern.",
     "sweep": "How results change with the values that were set.",
 }
 

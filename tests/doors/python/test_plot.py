@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pictures of runs and sweeps, and the page that has them."""
 import base64
+import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -8,6 +9,7 @@ import dermis
 import numpy as np
 import pytest
 
+EXAMPLES = pathlib.Path(__file__).parents[3] / "host/examples"
 GRID = {"width": 40, "height": 30, "spacing": 2e-4}
 SKIN = dict(preset="fingertip", grid=GRID, load={"intensity": 2e4, "radius": 10}, time={"step": 0.01, "duration": 0.2})
 TRACES = dict(SKIN, output={"probes": [[20, 15]], "fields": [{"at": at, "what": ["sa1", "deformation"]}
@@ -132,3 +134,18 @@ def test_a_damaged_file_of_a_folder_is_named(tmp_path, name, text, says):
     (tmp_path / name).write_bytes(text.encode("latin-1"))
     with pytest.raises(dermis.Error, match=rf"what = .*/{name}: cannot be read \(.*{says}"):
         dermis.plot(tmp_path)
+
+
+def test_spikes_of_sa1_lie_where_the_dots_of_a_word_in_braille_are():
+    letters = {"t": (2, 3, 4, 5), "o": (1, 3, 5), "u": (1, 3, 6), "c": (1, 4), "h": (1, 2, 5)}
+    dots = np.array([(11 + 6 * i + 2.5 * ((dot - 1) // 3), 7 - 2.5 * ((dot - 1) % 3))
+                     for i, letter in enumerate(letters.values()) for dot in letter])  # mm
+    result = dermis.run(dermis.Scene.from_file(EXAMPLES / "braille.toml"))
+    panel = dermis.plot(result)["events"].axes[0]
+    assert panel.get_title().startswith("SA1, ")
+    away = np.linalg.norm(panel.lines[0].get_xydata()[:, None] - dots, axis=2)
+    assert (away.min(axis=1) < 1).mean() > 0.8 and ((away < 1).sum(axis=0) > 50).all()
+
+
+def test_a_pattern_at_rest_has_no_picture_of_its_events(runs):
+    assert "events" not in dermis.plot(runs["fibres"])

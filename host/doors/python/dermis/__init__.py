@@ -268,7 +268,8 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
 
     what: a Result, the rows of sweep(), or the --out of the command. folder: where each figure goes as PNG and SVG,
     and report.html with all of them; None: nowhere. The figures are "traces", "maps", "surface" (where a field is the
-    deformation), "receptors" and "spikes", where the run has what they show, and of rows "sweep".
+    deformation), "receptors", "spikes" and, of a pattern that slides over afferents, "events", where the run has what they
+    show, and of rows "sweep".
     """
     drawing = extra("plot")
     given: Any = what
