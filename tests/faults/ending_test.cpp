@@ -22,6 +22,10 @@ TEST_CASE("a program ends well with a Vulkan skin that is static, made before or
         for (int i = 0; i < 3; ++i) CHECK_MESSAGE(ends(way) == 0, way);
 }
 
+TEST_CASE("a skin works as long as the process lasts, after the library's static objects have ended too") {
+    CHECK(ends("later") == 0);
+}
+
 TEST_CASE("a program ends well while a thread opens a device, makes a skin, or presses and reads it") {
     for (const char* way : {"thread2", "thread3", "thread4", "thread5"})
         for (int i = 0; i < 5; ++i) CHECK_MESSAGE(ends(way) == 0, way);

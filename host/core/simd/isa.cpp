@@ -4,7 +4,8 @@
 namespace dermis::simd {
 
 const std::vector<const Isa*>& isas() {
-    static const std::vector<const Isa*> found = [] {
+    // Never destroyed, because threads may go on after the end of main().
+    static const auto& found = *new const std::vector<const Isa*>([] {
         std::vector<const Isa*> all;
 #ifdef DERMIS_X86_64
         for (const Isa* isa : {&avx512, &avx2})
@@ -12,7 +13,7 @@ const std::vector<const Isa*>& isas() {
 #endif
         all.push_back(&plain);
         return all;
-    }();
+    }());
     return found;
 }
 

@@ -3,7 +3,6 @@
 
 #include "host/core/base/text.hpp"
 #include "host/lab/output/earlier.hpp"
-#include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -152,7 +151,7 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
     DERMIS_KEYS(json["grid"], s.grid, width, height);
     json["grid"]["spacing"] = known(s.grid.spacing.value_or(0), s.grid.spacing.has_value());
     json["pattern_velocity"] = Json();
-    if (const auto v = scene::pattern_velocity(s.load)) json["pattern_velocity"] = *v;
+    if (const auto v = pattern_velocity(s.load)) json["pattern_velocity"] = *v;
     DERMIS_KEYS(json, r, steps, left_out);
     json["outputs"] = r.time.size();
     DERMIS_KEYS(json, r, dispatches, seconds);
@@ -173,6 +172,13 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
 }
 
 } // namespace
+
+std::optional<std::array<double, 2>> pattern_velocity(const Load& l) {
+    if (l.texture) return l.texture->velocity;
+    if (!l.grating) return {};
+    const Grating& g = *l.grating;
+    return {{g.velocity * std::cos(g.direction), g.velocity * std::sin(g.direction)}};
+}
 
 std::string npy_header(const std::string& descr, const std::string& shape) {
     std::string header = fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': {}, }}", descr, shape);

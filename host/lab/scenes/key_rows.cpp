@@ -68,7 +68,7 @@ template <class T, class Member> KeyRow row_of(const char* table, const Key<Memb
 } // namespace
 
 const std::vector<KeyRow>& key_rows() {
-    static const std::vector<KeyRow> all = [] {
+    static const auto& all = *new const std::vector<KeyRow>([] { // never destroyed
         std::vector<KeyRow> list;
         std::apply(
             [&]<class... T>(const Table<T>&... table) {
@@ -76,7 +76,7 @@ const std::vector<KeyRow>& key_rows() {
             },
             tables);
         return list;
-    }();
+    }());
     return all;
 }
 

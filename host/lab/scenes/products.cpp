@@ -59,13 +59,6 @@ void add_moving(const Scene& s, std::vector<Load>& products) {
 
 } // namespace
 
-std::optional<std::array<double, 2>> pattern_velocity(const Load& l) {
-    if (l.texture) return l.texture->velocity;
-    if (!l.grating) return {};
-    const Grating& g = *l.grating;
-    return {{g.velocity * std::cos(g.direction), g.velocity * std::sin(g.direction)}};
-}
-
 bool is_sum(const Scene& s) { return !s.more_loads.empty() || (s.load.grating && s.load.grating->velocity != 0); }
 
 Map grating_at_rest(const Scene& s) {

@@ -150,8 +150,6 @@ std::vector<Load> products_of(const Scene&);
 bool is_sum(const Scene&); // whether there may be more than one
 // The shape of a load with a grating, at t = 0.
 Map grating_at_rest(const Scene&);
-// The velocity, m/s or cells/s, of the texture or grating of a load; empty: it has none.
-std::optional<std::array<double, 2>> pattern_velocity(const Load&);
 // Whether the load is known by frames.
 inline bool is_framed(const Load& l) {
     return l.kind == Load::Kind::sequence || l.kind == Load::Kind::ball || l.texture;
