@@ -53,18 +53,26 @@ template <class K> class Spreading {
         std::vector<real> memory;
         real *column, *even, *odd, *fold[simd::most_radius + 1], *wide[4], *zeros;
     };
+    // Rows first .. last - 1, counted from 0, of a pass of a class: the gain, the copy of a map to level 0, or a level
+    // that goes down or comes up. It begins when the `after` first steps have ended.
+    struct Step {
+        enum { bend, take, halve, raise } pass;
+        size_t of;
+        int level, first, last;
+        size_t after;
+    };
     Rows rows_of(int beside) const;
     Unit unit_of(int beside) const;
-    void take(Unit&, size_t of, int first, int last);
-    void halve(Unit&, size_t of, int level, int first, int last, Rows&);
-    void raise(Unit&, size_t of, int level, int first, int last, Rows&);
-    template <class Share> void pass(Unit&, size_t first, size_t last, Share share);
-    template <class Share> void bend(Unit&, Share share);
-    void spread_alone(int pad, const real* const* from, real* const* to, const real* strain);
-    void spread_beside(int thread, const int* pads, size_t count, const real* const* from, real* const* to,
+    std::vector<Step> steps_of(size_t first, size_t last, int together) const;
+    void run(Unit&, const Step&, size_t begin, Rows&);
+    void bend(Unit&, const Step&, size_t begin);
+    void take(Unit&, const Step&, size_t begin);
+    void halve(Unit&, const Step&, size_t begin, Rows&);
+    void raise(Unit&, const Step&, size_t begin, Rows&);
+    void spread_beside(int thread, const model::PadList&, size_t first, const real* const* from, real* const* to,
                        const real* strain);
 
-    const std::vector<Class> classes_;
+    std::vector<Class> classes_;
     const simd::Loops<K>& loops_;
     const int width_, height_, stencil_, edges_;
     const size_t pitch_;
@@ -75,7 +83,8 @@ template <class K> class Spreading {
     simd::Pool pool_;
     std::vector<Unit> units_; // one that threads share, or one for each thread
     std::vector<Rows> of_threads_;
-    std::atomic<size_t> next_{0};
+    std::vector<std::vector<Step>> steps_; // of all classes together, or of each if pads stand side by side
+    std::atomic<size_t> next_{0}, ended_{0};
 };
 
 } // namespace dermis::cpu
