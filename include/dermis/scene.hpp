@@ -137,6 +137,9 @@ struct Load {
     // a depth.
     std::optional<Grating> grating;
 };
+// The velocity at which a load's texture or grating slides over the skin, m/s or cells/s along x and y; empty: it has
+// neither.
+DERMIS_API std::optional<std::array<double, 2>> pattern_velocity(const Load&);
 
 // Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them, at most 1e8.
 struct Time {

@@ -2,7 +2,6 @@
 // Scenes from texts, files, and maps and sites in memory.
 #include "host/lab/scenes/scene.hpp"
 #include "host/doors/python/pickle.hpp"
-#include "host/lab/output/output.hpp"
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/write_rows.hpp"
@@ -164,7 +163,7 @@ void bind_scene(nb::module_& m) {
                      "The sites as (type, x, y), in the order of their responses.")
         .def_prop_ro("_pattern_velocity",
                      [](const Scene& s) -> nb::object {
-                         const auto v = output::pattern_velocity(s.load);
+                         const auto v = pattern_velocity(s.load);
                          return v ? nb::object(nb::make_tuple((*v)[0], (*v)[1])) : nb::none();
                      })
         .def_prop_ro(

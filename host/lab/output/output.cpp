@@ -173,13 +173,6 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
 
 } // namespace
 
-std::optional<std::array<double, 2>> pattern_velocity(const Load& l) {
-    if (l.texture) return l.texture->velocity;
-    if (!l.grating) return {};
-    const Grating& g = *l.grating;
-    return {{g.velocity * std::cos(g.direction), g.velocity * std::sin(g.direction)}};
-}
-
 std::string npy_header(const std::string& descr, const std::string& shape) {
     std::string header = fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': {}, }}", descr, shape);
     header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 10 - 1, ' ');

@@ -12,8 +12,6 @@
 
 namespace dermis::output {
 
-// The velocity, m/s or cells/s, of the texture or grating of a load; empty: it has none.
-std::optional<std::array<double, 2>> pattern_velocity(const Load&);
 // Returns what a .npy file begins with. descr, shape: as Python writes them.
 std::string npy_header(const std::string& descr, const std::string& shape);
 // The names of the files that write_result writes.

@@ -5,7 +5,16 @@
 #include <cmath>
 #include <numbers>
 
-namespace dermis::scene {
+namespace dermis {
+
+std::optional<std::array<double, 2>> pattern_velocity(const Load& l) {
+    if (l.texture) return l.texture->velocity;
+    if (!l.grating) return {};
+    const Grating& g = *l.grating;
+    return {{g.velocity * std::cos(g.direction), g.velocity * std::sin(g.direction)}};
+}
+
+namespace scene {
 namespace {
 
 // The angle of a grating's first harmonic, at t = 0, in the centre of cell [x, y].
@@ -84,4 +93,5 @@ std::vector<Load> products_of(const Scene& scene) {
     return products;
 }
 
-} // namespace dermis::scene
+} // namespace scene
+} // namespace dermis
