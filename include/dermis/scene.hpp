@@ -137,9 +137,6 @@ struct Load {
     // a depth.
     std::optional<Grating> grating;
 };
-// The velocity at which a load's texture or grating slides over the skin, m/s or cells/s along x and y; empty: it has
-// neither.
-DERMIS_API std::optional<std::array<double, 2>> pattern_velocity(const Load&);
 
 // Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them, at most 1e8.
 struct Time {
@@ -200,6 +197,13 @@ struct Scene : SkinDescription {
     DERMIS_API static Scene from_string(const std::string& text, const std::vector<std::string>& overrides = {},
                                         const std::string& folder = {});
 };
+
+// What slides over the skin, along x and y. `repeat` of a grating along an axis is infinite on the other one.
+struct MovingPattern {
+    std::array<double, 2> velocity, repeat; // m/s, and m after which it repeats itself; without Grid::spacing cells
+};
+// Returns the texture or grating that moves; nothing if none of the loads has one, or several have.
+DERMIS_API std::optional<MovingPattern> moving_pattern(const Scene&);
 
 // The generalized Maxwell model, which papers call a Prony series: the stress per strain after a step of strain,
 //

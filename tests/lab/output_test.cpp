@@ -73,6 +73,23 @@ TEST_CASE("plot draws a run and a sweep, and what comes into their folder next r
     CHECK(names_in(out) == files + more + "traces.csv ");
 }
 
+TEST_CASE("plot draws spikes and the pattern that moves, and the next run removes these pictures") {
+    const Folder folder;
+    const std::string scene = folder.write(
+        "scene.toml", "preset = \"fingertip\"\nsites = [[\"sa1\", 10, 10]]\nafferents = { type = \"sa1\" }\n"
+                      "grid = { width = 20, height = 20 }\ntime = { step = 1e-3, duration = 0.1 }\n"
+                      "output = { traces = [] }\n[load]\nkind = \"linear\"\nintensity = \"30 kPa\"\n"
+                      "grating = { wavelength = \"1 mm\", velocity = \"40 mm/s\" }\n");
+    const std::string out = (folder / "out").string(), run = "run " + scene + " --device cpu --out " + out;
+    REQUIRE(command(folder, run).status == 0);
+    const std::string files = names_in(out);
+    REQUIRE(command(folder, "plot " + out).status == 0);
+    for (const char* picture : {"events.png", "events.svg", "receptors.png", "spikes.png"})
+        CHECK(fs::exists(fs::path(out) / picture));
+    REQUIRE(command(folder, run).status == 0);
+    CHECK(names_in(out) == files);
+}
+
 TEST_CASE("plot refuses a folder that dermis did not write, and one of a run that was stopped") {
     const Folder folder;
     folder.write("summary.json", "{}");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // Textures that slide over the skin.
+#include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
 #include "tests/support.hpp"
 
@@ -146,4 +147,28 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
     scene_refused([](Scene& b) { b.load.texture->map.edit()[3] = NAN; }, "load.texture.path = nan in cell [3, 0]");
     scene_refused([](Scene& b) { b.load.envelope.start = 0.1; }, "load.envelope = (given)");
     scene_refused([](Scene& b) { b.method = Method::euler; }, "\"exact\" with load.texture");
+}
+
+TEST_CASE("summary.json has the velocity and the repeat of the one pattern that moves") {
+    const Folder folder;
+    const auto pattern = [&](const Scene& s) {
+        output::write_result(output::Folder(folder / "out"), s, run(s), output::origin_of("", {}, {}, {}));
+        return output::Json::parse(slurp(folder / "out/summary.json")).at("pattern");
+    };
+    Scene s = grating(1e-3, 2e-3);
+    CHECK(pattern(s)["velocity"] == output::Json{0.04, 0.0});
+    CHECK(pattern(s)["repeat"][0] == relative(40 * 5e-5, 1e-14));
+    CHECK(pattern(s)["repeat"][1] == relative(3 * 5e-5, 1e-14));
+    s.load.texture->velocity = {0, 0};
+    CHECK(pattern(s).is_null());
+    s.load.texture.reset();
+    s.load.grating = Grating{.wavelength = 1e-3, .direction = pi / 3, .velocity = -0.04};
+    CHECK(pattern(s)["velocity"][1] == relative(-0.04 * std::sqrt(0.75), 1e-14));
+    CHECK(pattern(s)["repeat"][0] == relative(2e-3, 1e-14));
+    s.load.grating->direction = 0;
+    CHECK(pattern(s).dump() == R"({"velocity":[-0.04,-0.0],"repeat":[0.001,null]})");
+    s.more_loads = {s.load};
+    CHECK(pattern(s).is_null());
+    s.load.grating.reset();
+    CHECK(pattern(s)["velocity"] == output::Json{-0.04, -0.0});
 }

@@ -6,6 +6,8 @@
 #include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/write_rows.hpp"
 
+#include <nanobind/stl/array.h>
+
 namespace dermis::python {
 namespace {
 
@@ -161,10 +163,11 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro("sites", sites_of,
                      nb::sig("def sites(self) -> list[tuple[dermis._typing.ReceptorType, int, int]]"),
                      "The sites as (type, x, y), in the order of their responses.")
-        .def_prop_ro("_pattern_velocity",
-                     [](const Scene& s) -> nb::object {
-                         const auto v = pattern_velocity(s.load);
-                         return v ? nb::object(nb::make_tuple((*v)[0], (*v)[1])) : nb::none();
+        .def_prop_ro("_moving_pattern",
+                     [](const Scene& s) {
+                         std::optional<std::tuple<std::array<double, 2>, std::array<double, 2>>> moving;
+                         if (const auto pattern = moving_pattern(s)) moving.emplace(pattern->velocity, pattern->repeat);
+                         return moving;
                      })
         .def_prop_ro(
             "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");

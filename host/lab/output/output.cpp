@@ -150,8 +150,8 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
     DERMIS_KEYS(plan, r, precision, predicted_error, measured_error, measured_cells, unmeasured);
     DERMIS_KEYS(json["grid"], s.grid, width, height);
     json["grid"]["spacing"] = known(s.grid.spacing.value_or(0), s.grid.spacing.has_value());
-    json["pattern_velocity"] = Json();
-    if (const auto v = pattern_velocity(s.load)) json["pattern_velocity"] = *v;
+    json["pattern"] = Json();
+    if (const auto pattern = moving_pattern(s)) DERMIS_KEYS(json["pattern"], *pattern, velocity, repeat);
     DERMIS_KEYS(json, r, steps, left_out);
     json["outputs"] = r.time.size();
     DERMIS_KEYS(json, r, dispatches, seconds);

@@ -14,7 +14,7 @@ import io
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +51,8 @@ class Run:
     responses: Array  # of shape (times, sites)
     spikes: Array  # with the fields time, in s, and afferent
     fibres: list[tuple[str, float, float]]  # the class of each afferent and its cell, or the middle of its endings' cells
-    velocity: tuple[float, float] | None  # of the pattern that slides over the skin, m/s or cells/s; None: nothing slides
+    # Velocity and repeat of what slides, along x and y, in m or cells; a repeat of None or infinity: there is none.
+    pattern: Sequence[Sequence[float | None]] | None  # None: nothing slides
     facts: dict[str, str]
     warnings: list[str] = dataclasses.field(default_factory=list)
     scene: str = ""  # the text of the scene; empty: not known
@@ -103,7 +104,7 @@ def run_in(folder: Path) -> Run:
     if (folder / "afferents.csv").exists():
         spikes = _read(folder / "spikes.npy", np.load, "rb")
         fibres = [(row["class"], float(row["x"]), float(row["y"])) for row in _read(folder / "afferents.csv")]
-    plan, grid = summary["plan"], summary["grid"]
+    plan, grid, moving = summary["plan"], summary["grid"], summary.get("pattern")  # earlier versions have none
     facts = {"grid": f"{grid['width']} x {grid['height']} cells", "steps": str(summary["steps"]),
              "method": plan["method"], "model": plan["model"], "precision": plan["precision"],
              "device": summary["device"]["name"]}
@@ -117,7 +118,8 @@ def run_in(folder: Path) -> Run:
                impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
                          for row in _read(folder / "impulses.csv")],
                fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres,
-               velocity=summary.get("pattern_velocity"), facts=facts, warnings=summary["warnings"], scene=summary["scene"])
+               pattern=moving and (moving["velocity"], moving["repeat"]), facts=facts, warnings=summary["warnings"],
+               scene=summary["scene"])
 
 
 def run_of(result: Any) -> Run:
@@ -141,7 +143,7 @@ def run_of(result: Any) -> Run:
                columns=columns,
                impulses=[(i.time, i.quantity, i.mean) for i in result.impulses], fields=dict(result.fields),
                receptors=scene.sites, responses=result.responses, spikes=result.spikes, fibres=fibres,
-               velocity=scene._pattern_velocity, facts=facts)
+               pattern=scene._moving_pattern, facts=facts)
 
 
 def _figure(rows: int, columns: int, width: float, height: float, **options: Any) -> tuple[Figure, Any]:
@@ -319,12 +321,15 @@ def events(run: Run) -> Figure | None:
     """
     times, numbers = run.spikes["time"], run.spikes["afferent"].astype(int)
     kinds = [kind for kind in CLASSES if kind in {run.fibres[n][0] for n in numbers}]
-    if not kinds or not run.velocity or not any(run.velocity):
+    if not kinds or run.pattern is None:
         return None
     unit, cell = run.length()
     classes = np.array([kind for kind, _, _ in run.fibres])
-    per_second = np.array(run.velocity) * (1e3 if run.spacing else 1)
-    places = cell * np.array([fibre[1:] for fibre in run.fibres])[numbers] - times[:, None] * per_second
+    moving = np.nan_to_num(np.array(run.pattern, float), nan=np.inf, posinf=np.inf)
+    velocity, repeat = cell / (run.spacing or 1) * moving
+    repeat *= np.maximum(1, np.ceil(cell * np.array([run.width, run.height]) / repeat))  # as many as cover the skin
+    middles = cell * (np.array([place for _, *place in run.fibres])[numbers] + 0.5)
+    places = np.mod(middles - times[:, None] * velocity, repeat)
     across, along = np.ptp(places, axis=0)[::-1] + 1e-9
     beside = across > along / 3
     height = float(np.clip((8 / len(kinds) if beside else 8) * across / along, 0.8, 8)) + 0.7

@@ -7,11 +7,23 @@
 
 namespace dermis {
 
-std::optional<std::array<double, 2>> pattern_velocity(const Load& l) {
-    if (l.texture) return l.texture->velocity;
-    if (!l.grating) return {};
-    const Grating& g = *l.grating;
-    return {{g.velocity * std::cos(g.direction), g.velocity * std::sin(g.direction)}};
+std::optional<MovingPattern> moving_pattern(const Scene& s) {
+    const double cell = s.grid.spacing.value_or(1);
+    std::vector<Load> loads = s.more_loads;
+    loads.push_back(s.load);
+    std::vector<MovingPattern> moving;
+    for (const Load& l : loads)
+        if (l.texture) {
+            const double spacing = l.texture->spacing.value_or(cell);
+            moving.push_back({l.texture->velocity, {l.texture->width * spacing, l.texture->height * spacing}});
+        } else if (l.grating) {
+            const Grating& g = *l.grating;
+            const double x = std::cos(g.direction), y = std::sin(g.direction);
+            moving.push_back(
+                {{g.velocity * x, g.velocity * y}, {g.wavelength / std::abs(x), g.wavelength / std::abs(y)}});
+        }
+    std::erase_if(moving, [](const MovingPattern& m) { return m.velocity == std::array{0.0, 0.0}; });
+    return moving.size() == 1 ? std::optional(moving[0]) : std::nullopt;
 }
 
 namespace scene {

@@ -147,5 +147,62 @@ def test_spikes_of_sa1_lie_where_the_dots_of_a_word_in_braille_are():
     assert (away.min(axis=1) < 1).mean() > 0.8 and ((away < 1).sum(axis=0) > 50).all()
 
 
-def test_a_pattern_at_rest_has_no_picture_of_its_events(runs):
+DOTS = np.array([[10.1, 2.1], [13.1, 6.1]])  # x and y of their centres, mm; no dot lies on the skin at t = 0
+
+
+def moving(load):
+    """A run under a load for 0.8 s of even skin with cells of 0.2 mm, 8 mm wide and high, with afferents all over it: SA1
+    in cells of even x and y, FA1 in odd ones."""
+    random = np.random.default_rng(1)
+    afferents = [{"type": kind, "cells": (2 * random.integers(0, 20, (60, 2)) + odd).tolist()}
+                 for odd, kind in enumerate(("sa1", "fa1"))]
+    return dermis.run(dict(preset="fingertip", grid={"width": 40, "height": 40, "spacing": 2e-4},
+                           surface={"kind": "flat"}, receptors={"depth": "fingertip"}, afferents=afferents,
+                           load=load, time={"step": 2e-3, "duration": 0.8}, output={"traces": []}))
+
+
+def dots_under(axis):
+    """A load with two dots of 1.5 mm, 16 mm by 8 mm, that moves along an axis at 40 mm/s and passes twice."""
+    y, x = (np.mgrid[0:40, 0:80] + 0.5) * 0.2
+    dots = sum(np.hypot(x - at[0], y - at[1]) <= 0.75 for at in DOTS).astype(float)
+    return {"kind": "linear", "radius": 65536, "intensity": 3e4, "texture": {
+        "path": dots if axis == 0 else dots.T, "velocity": [0.04, 0] if axis == 0 else [0, 0.04]}}
+
+
+def places_in(figure):
+    return [np.concatenate([line.get_xydata() for line in axes.lines]) for axes in figure.axes]
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_spikes_lie_where_the_dots_of_a_moving_pattern_do(axis):
+    result = moving(dots_under(axis))
+    places = places_in(dermis.plot(result)["events"])
+    assert len(places) == 2 and sum(map(len, places)) == len(result.spikes)
+    for odd, of_class in enumerate(places):
+        assert set((of_class[:, 1 - axis] / 0.2 - 0.5).round() % 2) == {odd}
+        of_class = of_class if axis == 0 else of_class[:, ::-1]
+        near = np.hypot(*(of_class[:, None] - DOTS).T)
+        assert (near.min(0) < 0.75 + 0.5).mean() > 0.9
+        for dot in range(2):
+            assert (near.argmin(0) == dot).sum() > 20
+    for dot, at in enumerate(DOTS):  # FA1 fires at the edge that comes first, SA1 all over a dot
+        sa1 = places[0] if axis == 0 else places[0][:, ::-1]
+        assert np.hypot(*(sa1[np.hypot(*(sa1 - at).T) < 1.25].mean(0) - at)) < 0.5
+
+
+def test_spikes_lie_on_the_crests_of_a_grating_that_moves_in_any_direction():
+    for direction in (0.0, np.pi / 2, 2.2):
+        grating = {"wavelength": 2e-3, "velocity": 0.04, "direction": direction}
+        result = moving({"kind": "linear", "radius": 65536, "intensity": 3e3, "grating": grating})
+        x, y = places_in(dermis.plot(result)["events"])[0].T
+        phases = np.exp(2j * np.pi * (x * np.cos(direction) + y * np.sin(direction)) / 2)
+        assert len(x) > 1000 and np.abs(phases.mean()) > 0.7
+
+
+def test_a_pattern_is_drawn_only_if_one_moves(runs):
+    still, even = dots_under(0), {"kind": "linear", "radius": 65536, "intensity": 3e4}
+    still["texture"] = {**still["texture"], "velocity": [0, 0]}
+    wave = {**even, "grating": {"wavelength": 2e-3, "velocity": 0.04}}
+    drawn = [list(dermis.plot(moving(load))) for load in (still, [wave, even], [wave, wave])]
+    assert drawn == [["spikes"], ["spikes", "events"], ["spikes"]]
     assert "events" not in dermis.plot(runs["fibres"])
