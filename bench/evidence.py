@@ -187,8 +187,8 @@ def press_row(dermis, folder):
     numbers = {"punch_kpa": centre, **{f"press_{kind}": share for kind, share in ours.items()},
                **{f"press_{kind}_alike": share for kind, share in alike.items()}}
     return Row("of single endings like the median's " + ", ".join(f"{alike[row['class']]:.0f}" for row in rows) + " %",
-               "Afferents have the endings of row:fields and the sensitivities, and their spread, that dermis gives, at 0.3, 0.5 "
-               "and 2 mm; the press takes 50 ms. TouchSim itself has fields of 0 to 2.4 mm2 (SA1) and 0 to 5.9 mm2 (RA) where "
+               "Afferents have the endings of row:fields and the default sensitivities and spreads, at 0.3, 0.5 and 2 mm; "
+               "the press takes 50 ms. TouchSim itself has fields of 0 to 2.4 mm2 (SA1) and 0 to 5.9 mm2 (RA) where "
                "monkeys have those of row:fields. For FA2 it has waves that travel along the skin, which dermis does not have", numbers)
 
 

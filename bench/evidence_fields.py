@@ -215,7 +215,7 @@ def spacing_row(dermis, folder):
         numbers |= {f"spacing_{kind}_most": mm[rates.argmax()], f"spacing_{kind}_wide": rates[-1] / rates.max()}
         texts.append(f"{kind.upper()} {', '.join(f'{rate:.0f}' for rate in rates)} Hz")
     return Row(f"from 1.1 to 6.3 mm {'; '.join(texts)}",
-               "Which afferents, how many, and the forces are not in the file. Speed, force, radius and height of the dots are "
+               "The file does not say which afferents, how many and with what force. Speed, force, radius and height of the dots are "
                "those of the model of Ouyang et al.; how much of the force the dots carry is our choice, and makes the rates fall "
                "where dots are far apart. SA1 and RA have the endings and the sensitivity of row:fields, PC a single ending and "
                "the sensitivity of the thresholds", numbers)

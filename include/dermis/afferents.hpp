@@ -46,9 +46,9 @@ struct AfferentModel {
 };
 
 // The parameters of a class, fitted to published thresholds and rates (bench/evidence/afferents.csv): sa1, fa1 (called
-// RA in monkeys) and fa2 (PC). The sensitivity is that of the afferents whose
-// thresholds for vibrations were measured, with which gentle presses make afferents fire; 1 gives the median afferent
-// of a study of rates. Throws Error::bad_input for any other quantity.
+// RA in monkeys) and fa2 (PC). The sensitivity is that of the afferents whose thresholds for vibrations were measured,
+// with which gentle presses make afferents fire; 1 gives the median afferent of a study of rates. Throws
+// Error::bad_input for any other quantity.
 DERMIS_API AfferentModel afferent_model(Quantity);
 
 // Afferents of one class, each with one ending or with several that follow each other in the list. Afferents are

@@ -133,7 +133,8 @@ inline ContactReport add_contacts(const Pad& pad, const std::vector<Contact>& co
 DERMIS_API double hertz_radius(double force, double ball, double modulus);
 
 // The vertical stress over the modulus at a depth below the middle of a flat, round punch that is pressed into an
-// elastic half-space (Sneddon 1946): what an afferent feels below a probe, and of what afferent_model() was fitted.
+// elastic half-space (Sneddon 1946): what an afferent feels below a probe. The parameters of afferent_model() were
+// fitted to such strains.
 // indentation: m, of the punch; depth: m below the surface, >= 0; radius: m, > 0; poisson: 0..0.5.
 DERMIS_API double strain_below_punch(double indentation, double depth, double radius, double poisson = 0.4);
 

@@ -169,7 +169,8 @@ template <class K> void Spreading<K>::run(Unit& u, const Step& step, size_t begi
     else raise(u, step, begin, rows);
 }
 
-// What takes classes first .. last - 1 down and up, `together` rows a step; a level of few nodes is one step.
+// Returns the steps that take classes first .. last - 1 down and up. A step makes `together` rows, or a whole level if
+// it has few nodes.
 template <class K>
 std::vector<typename Spreading<K>::Step> Spreading<K>::steps_of(size_t first, size_t last, int together) const {
     constexpr int few = 4096;
