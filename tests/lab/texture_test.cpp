@@ -3,10 +3,10 @@
 // Textures that slide over the skin.
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"
+#include "tests/command.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
-
 #include <complex>
 #include <filesystem>
 #include <fstream>
