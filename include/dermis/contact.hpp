@@ -92,6 +92,11 @@ struct DERMIS_API ContactReport {
     int too_far = 0;     // contacts with a force farther from the pad's surface than `reach`
     int turned_away = 0; // contacts whose force does not push into the pad
     double level = 0;    // m: the depth from which add_depths() presses, with a stiffness; else 0
+    // Of a Touch whose contacts name bodies with shapes:
+    int by_body = 0;       // bodies that press by their shape
+    int by_patch = 0;      // contacts of a body that is below no cell: they press by their patch
+    int tilted = 0;        // bodies whose centre of pressure cannot be their contacts': these lie on a border
+    double centre_off = 0; // m: the greatest distance between the two
 
     // Whether at least half of the force asked is placed, at most a tenth is outside, and at most 0.001 is lost to
     // rounding beside what the buffer held. Force is lost, for example, where a round body has a pad without radii,
@@ -175,8 +180,9 @@ inline ContactReport add_contacts(const Pad& pad, const Pose& pose, double reach
 // A rigid body in the world, as physics engines have it.
 struct Body {
     // sphere: size[0] is its radius. capsule: a cylinder along z between two half balls; radius and half its length.
-    // box: half its length along x, y and z. plane: all below z = 0 of its frame; no sizes.
-    enum class Kind { sphere, capsule, box, plane } kind = Kind::sphere;
+    // box: half its length along x, y and z. plane: all below z = 0 of its frame; no sizes. cylinder: along z; radius
+    // and half its length. ellipsoid: half its length along x, y and z.
+    enum class Kind { sphere, capsule, box, plane, cylinder, ellipsoid } kind = Kind::sphere;
     std::array<double, 3> size = {0, 0, 0}; // m, above 0, at most 1e6; numbers that a kind does not use are 0
     Pose pose;                              // of the body's middle; of a plane any point of it
 };

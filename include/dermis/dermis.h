@@ -382,12 +382,20 @@ DERMIS_API dermis_status dermis_add_contacts_world(const dermis_contact_pad* pad
                                                    dermis_contact_report* report);
 
 typedef int32_t dermis_body_kind;
-enum { DERMIS_SPHERE = 0, DERMIS_CAPSULE = 1, DERMIS_BOX = 2, DERMIS_PLANE = 3 };
+enum {
+    DERMIS_SPHERE = 0,
+    DERMIS_CAPSULE = 1,
+    DERMIS_BOX = 2,
+    DERMIS_PLANE = 3,
+    DERMIS_CYLINDER = 4,
+    DERMIS_ELLIPSOID = 5
+};
 // A rigid body in the world. sphere: extent[0] is its radius. capsule: a cylinder along z between two half balls;
-// radius and half its length. box: half its length along x, y and z. plane: all below z = 0 of its frame.
+// radius and half its length. box: half its length along x, y and z. plane: all below z = 0 of its frame. cylinder:
+// along z; radius and half its length. ellipsoid: half its length along x, y and z.
 typedef struct dermis_body {
     size_t size;           // sizeof(dermis_body)
-    dermis_body_kind kind; // one of the four above
+    dermis_body_kind kind; // one of the six above
     double extent[3];      // m, above 0, at most 1e6; numbers that a kind does not use are 0
     dermis_pose pose;      // of the body's middle; of a plane any point of it
 } dermis_body;

@@ -35,7 +35,34 @@ struct Contacts {
                         // pad, but at least two cells
     Reals ball;         // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. Null beside `radius`
     double modulus = 0; // Pa, > 0, as hertz_radius() takes it. 0 beside `radius`
-    std::size_t pad_step = 1, position_step = 3, force_step = 3, radius_step = 1, ball_step = 1;
+    // Which body presses, any number from 0 on; -1: none that is known. Null: all -1. A body with shapes presses by
+    // them, and not by patches. Bodies of different pads do not depend on each other, whatever their numbers.
+    const std::int32_t* body = nullptr;
+    std::size_t pad_step = 1, position_step = 3, force_step = 3, radius_step = 1, ball_step = 1, body_step = 1;
+};
+
+// What bodies look like, in the world: many shapes of one number are one rigid body. The numbers of shape i begin
+// i*step behind the first ones. A shape presses where contacts name its pad and its body, and nothing else.
+struct Shapes {
+    std::size_t count = 0;                              // at most 2147483647
+    const std::int32_t *pad = nullptr, *body = nullptr; // the pad below which it is, and its body, 0 or more
+    const std::int32_t* kind = nullptr;                 // of Body::Kind
+    Reals size;                                         // three numbers, as in Body
+    Reals position, rotation;                           // three and nine numbers, as in Pose: the shape's frame
+    std::size_t pad_step = 1, body_step = 1, kind_step = 1, size_step = 3, position_step = 3, rotation_step = 9;
+};
+
+// How bodies press: as on an elastic foundation, a layer of springs side by side. The contacts of a body give the force,
+// its centre, and the force and the torsion along the surface; its shapes give the profile. The pressure of a cell is
+// stiffness*(depth + level), where that is above 0; by the level the pressures sum to the force, and the depth to which
+// the solver lets bodies sink in does not matter. Tilts bring the centre of pressure to that of the contacts, unless it
+// is so near a border that the patch would shrink to a line. Contacts count whose force is within 60 degrees of the
+// pad's normal. Patches less than about two cells wide are made so, by a lower stiffness.
+struct Source {
+    double stiffness = 0; // Pa/m, 1e-6..1e30: of the skin's own, contact::skin_stiffness(). 0 where there are no shapes
+    // m of the finger's surface beyond the pad's borders x = 0, x = width*spacing, y = 0 and y = height*spacing: it
+    // carries its part of the force, which is then outside. Below 0: so much of the pad is beyond the finger's border.
+    std::array<double, 4> around = {0, 0, 0, 0};
 };
 
 // The pressures of a batch of pads that have one shape. Only one thread at a time may use it.
@@ -45,7 +72,7 @@ class DERMIS_API Touch {
     // own. count: of pads, 1..1048576; count*width*height at most 2147483647. reach: as in add_contacts(). shear:
     // whether it keeps tractions too, which a Skin with SkinOptions::shear takes. Throws Error::bad_input;
     // Error::no_memory.
-    Touch(const Pad& shape, int count, double reach, bool shear = false);
+    Touch(const Pad& shape, int count, double reach, bool shear = false, const Source& = {});
     ~Touch();
     Touch(Touch&&) noexcept;
     Touch& operator=(Touch&&) noexcept;
@@ -60,7 +87,7 @@ class DERMIS_API Touch {
     // Takes away what the last call added, and adds contacts as add_contacts() does, those of a pad in their order.
     // Returns the report of all pads: sums, and the greatest pressure of all. Allocates only where there are more
     // contacts than ever before. Throws Error::bad_input, which names the argument, before anything is changed.
-    const ContactReport& add(const Poses&, const Contacts&);
+    const ContactReport& add(const Poses&, const Contacts&, const Shapes& = {});
     const ContactReport& report(int pad) const; // of the last add(). Throws Error::bad_input
 
     // The pads that the last add() had contacts for, ascending.

@@ -112,7 +112,7 @@ Disc disc_of(const Pad& pad, const Contact& patch) {
 }
 
 std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach, const WorldContact& c,
-                                  ContactReport& report) {
+                                  ContactReport& report, double facing) {
     if (!(c.force > 0)) return {};
     Vector place;
     for (size_t k = 0; k < 3; ++k) place[k] = c.position[k] - pose.position[k];
@@ -120,7 +120,7 @@ std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach
     const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
     const Vector d = turned(pose, c.direction);
     const double inward = length == 0 ? 1 : std::min(1.0, -dot(d, foot.normal) / length);
-    const bool distant = std::abs(foot.above) > reach, away = inward <= 0;
+    const bool distant = std::abs(foot.above) > reach, away = inward <= facing;
     if (distant || away) {
         report.too_far += distant;
         report.turned_away += !distant && away;
@@ -132,7 +132,8 @@ std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach
     return Landing{{foot.x, foot.y, c.force * inward, c.radius, c.area},
                    c.force,
                    size * dot(d, foot.along_x),
-                   size * dot(d, foot.along_y)};
+                   size * dot(d, foot.along_y),
+                   foot.above};
 }
 
 void add(const Pad& pad, const Landing& l, const Tile& tile, const CellPress& press, ContactReport& report) {

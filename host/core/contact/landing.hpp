@@ -43,17 +43,18 @@ struct Foot {
 };
 Foot foot_of(const Pad&, const Vector& place); // in the pad's frame
 
-// Where a contact meets a pad: its patch, whose force is the component into the pad; its whole force, N; and the
-// force's components along x and y of the pad, N, 0 of a contact in the pad's frame.
+// Where a contact meets a pad: its patch, whose force is the component into the pad; its whole force, N; the force's
+// components along x and y of the pad, N, and how far the contact is above the pad, m: 0 of a contact in its frame.
 struct Landing {
     Contact patch;
-    double whole, along_x = 0, along_y = 0;
+    double whole, along_x = 0, along_y = 0, above = 0;
 };
 Disc disc_of(const Pad&, const Contact& patch); // in units of cells
 
 // Nothing where a contact in the world has no force, is too far from the pad or pushes away from it; the force then
-// counts as outside.
-std::optional<Landing> landing_of(const Pad&, const Pose&, double reach, const WorldContact&, ContactReport&);
+// counts as outside. facing: the cosine between force and normal up to which it pushes away.
+std::optional<Landing> landing_of(const Pad&, const Pose&, double reach, const WorldContact&, ContactReport&,
+                                  double facing = 0);
 
 void add(const Pad&, const Landing&, const Tile&, const CellPress&, ContactReport&);
 

@@ -5,6 +5,7 @@
 #include "host/core/base/memory.hpp"
 
 #include <climits>
+#include <numbers>
 
 namespace dermis::contact {
 namespace {
@@ -21,21 +22,23 @@ template <size_t n> std::array<double, n> group_of(Reals numbers, size_t step, s
 // Copies the numbers of contact i.
 Listed copied(const Contacts& c, size_t i) {
     Listed made{.pad = c.pad[i * c.pad_step]};
+    if (c.body) made.body = c.body[i * c.body_step];
     made.contact.position = group_of<3>(c.position, c.position_step, i);
     made.contact.direction = group_of<3>(c.force, c.force_step, i);
     const auto [x, y, z] = made.contact.direction;
     made.contact.force = std::sqrt(x * x + y * y + z * z);
     if (c.radius) made.contact.radius = c.radius[i * c.radius_step];
-    else made.ball = c.ball[i * c.ball_step];
+    else if (c.ball) made.ball = c.ball[i * c.ball_step];
     return made;
 }
 
-void sum_up(ContactReport& all, const ContactReport& r) {
-    all.asked += r.asked, all.placed += r.placed, all.outside += r.outside, all.sideways += r.sideways;
-    for (size_t k = 0; k < 2; ++k) all.shear[k] += r.shear[k];
-    all.greatest = std::max(all.greatest, r.greatest);
-    all.cells += r.cells, all.below_cell += r.below_cell;
-    all.beside += r.beside, all.too_far += r.too_far, all.turned_away += r.turned_away;
+Shaped copied(const Shapes& s, size_t i) {
+    Shaped made{.pad = s.pad[i * s.pad_step], .body = s.body[i * s.body_step]};
+    made.shape.kind = Body::Kind(s.kind[i * s.kind_step]);
+    made.shape.size = group_of<3>(s.size, s.size_step, i);
+    made.shape.pose.position = group_of<3>(s.position, s.position_step, i);
+    made.shape.pose.rotation = group_of<9>(s.rotation, s.rotation_step, i);
+    return made;
 }
 
 bool is_within(const Vector& numbers, double limit) {
@@ -70,38 +73,78 @@ void need_arrays(const Poses& poses, const Contacts& c) {
     need_memory("poses.rotation", bool(poses.rotation));
     if (c.radius && c.ball) scene::refuse("contacts.ball", "(given)", "null beside contacts.radius");
     if (c.radius) return scene::need(c.modulus == 0, "contacts.modulus", c.modulus, "0 beside contacts.radius");
+    if (!c.ball && c.body) return scene::need(c.modulus == 0, "contacts.modulus", c.modulus, "0 without contacts.ball");
     need_memory("contacts.ball", bool(c.ball));
     scene::need_positive("contacts.modulus", c.modulus);
 }
 
+void need_arrays(const Shapes& s) {
+    scene::need(s.count <= size_t(INT_MAX), "shapes.count", double(s.count), "at most 2147483647");
+    need_memory("shapes.pad", s.pad);
+    need_memory("shapes.body", s.body);
+    need_memory("shapes.kind", s.kind);
+    need_memory("shapes.size", bool(s.size));
+    need_memory("shapes.position", bool(s.position));
+    need_memory("shapes.rotation", bool(s.rotation));
+}
+
+void need_number(const std::string& name, int number, int least, int most) {
+    if (number < least || number > most)
+        scene::refuse(name, std::to_string(number), std::to_string(least) + ".." + std::to_string(most));
+}
+
 // Throws Error::bad_input where a number of contact i is not allowed.
-void need_contact(const Listed& c, size_t i, int pads, bool has_radius) {
-    if (c.pad < 0 || c.pad >= pads)
-        scene::refuse("contacts.pad[" + std::to_string(i) + "]", std::to_string(c.pad),
-                      "0.." + std::to_string(pads - 1));
+void need_contact(const Listed& c, size_t i, int pads, bool has_radius, bool has_ball) {
+    if (c.pad < 0 || c.pad >= pads) need_number("contacts.pad[" + std::to_string(i) + "]", c.pad, 0, pads - 1);
+    if (c.body < -1) need_number("contacts.body[" + std::to_string(i) + "]", c.body, -1, INT_MAX);
     const auto &place = c.contact.position, &force = c.contact.direction;
     if (!is_within(place, greatest_length)) refuse_contact(i, "position", place.data(), 3, "-1e6..1e6");
     if (!is_within(force, 1e12)) refuse_contact(i, "force", force.data(), 3, "-1e12..1e12");
     const double& size = has_radius ? c.contact.radius : c.ball;
+    if (!has_radius && !has_ball) return;
     if (!(size >= 0 && size <= greatest_length && (has_radius || size > 0)))
         refuse_contact(i, has_radius ? "radius" : "ball", &size, 1, has_radius ? "0..1e6" : "above 0, at most 1e6");
 }
 
-// Makes a block hold these cells too.
-void grow(Touch::Block& b, const CellSpan& columns, const CellSpan& rows) {
-    if (columns.first > columns.last || rows.first > rows.last) return;
-    const int x = b.height == 0 ? columns.first : std::min(b.x, columns.first),
-              y = b.height == 0 ? rows.first : std::min(b.y, rows.first);
-    const int right = std::max(b.x + b.width, columns.last + 1), below = std::max(b.y + b.height, rows.last + 1);
-    b = {x, y, right - x, below - y};
+// Of each border how many cells of the finger are beyond it: those whose centres are on the finger.
+std::array<int, 4> cells_around(const Pad& shape, const Source& source) {
+    std::array<int, 4> cells{};
+    for (size_t k = 0; k < 4; ++k) {
+        const int side = k < 2 ? shape.width : shape.height;
+        const double radius = k < 2 ? shape.radius_x : shape.radius_y, across = side * shape.spacing,
+                     most = radius != 0 ? 0.5 * (std::numbers::pi * radius - across) : greatest_count * shape.spacing;
+        const std::string name = "source.around[" + std::to_string(k) + "]";
+        if (!(source.around[k] >= -across && source.around[k] <= std::max(most, 0.0)))
+            scene::refuse(name, shortest(source.around[k]),
+                          shortest(-across) + ".." + shortest(std::max(most, 0.0)) + " m: less the pad, " +
+                              (radius != 0 ? "a quarter turn" : "16384 cells"));
+        cells[k] = std::max(int(std::floor(source.around[k] / shape.spacing + 0.5)), 0);
+    }
+    return cells;
+}
+
+void check(const Source& source) {
+    if (source.stiffness != 0) need_within("source.stiffness", source.stiffness, 1e-6, 1e30, "1e-6..1e30");
 }
 
 } // namespace
 
-Touch::Impl::Impl(const Pad& given, int n, double r, bool shear)
-    : shape(checked(given)), count(n), reach(r), cells(size_t(shape.width) * size_t(shape.height)),
-      pressure(size_t(n) * cells), traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)),
-      poses(size_t(n)), counts(size_t(n)), ends(size_t(n)) {
+void sum_up(ContactReport& all, const ContactReport& r) {
+    all.asked += r.asked, all.placed += r.placed, all.outside += r.outside, all.sideways += r.sideways;
+    for (size_t k = 0; k < 2; ++k) all.shear[k] += r.shear[k];
+    all.greatest = std::max(all.greatest, r.greatest);
+    all.cells += r.cells, all.below_cell += r.below_cell;
+    all.beside += r.beside, all.too_far += r.too_far, all.turned_away += r.turned_away;
+    all.by_body += r.by_body, all.by_patch += r.by_patch, all.tilted += r.tilted;
+    all.centre_off = std::max(all.centre_off, r.centre_off);
+}
+
+Touch::Impl::Impl(const Pad& given, int n, double r, bool shear, const Source& by)
+    : shape(checked(given)), count(n), reach(r), source(by), around(cells_around(shape, by)),
+      cells(size_t(shape.width) * size_t(shape.height)), pressure(size_t(n) * cells),
+      traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)), poses(size_t(n)),
+      contacts(n), shapes(n) {
+    check(source);
     touched.reserve(size_t(n));
 }
 
@@ -110,21 +153,23 @@ size_t Touch::Impl::number_of(int pad) const {
     return size_t(pad);
 }
 
-// Copies the contacts that have a force, and the poses of their pads, and checks the copies, because the caller's
-// memory may change. Throws Error::bad_input where add() cannot take something; no pressure has changed then.
-void Touch::Impl::take(const Poses& given, const Contacts& c) {
-    contacts.clear();
-    if (c.count == 0) return;
-    need_arrays(given, c);
-    contacts.reserve(c.count);
+// Copies the contacts that have a force, the poses of their pads and the shapes of bodies, and checks the copies, because
+// the caller's memory may change. Throws Error::bad_input where add() cannot take something; no pressure has changed
+// then.
+void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
+    contacts.items.clear();
+    shapes.items.clear();
+    if (c.count != 0) need_arrays(given, c);
+    contacts.items.reserve(c.count);
     double asked = 0;
     int posed = -1; // the pad with the pose that was checked last; -1: no pose has been checked
     for (size_t i = 0; i < c.count; ++i) {
-        const Listed own = copied(c, i);
-        need_contact(own, i, count, bool(c.radius));
+        Listed own = copied(c, i);
+        if (!c.radius && !c.ball) own.contact.radius = 2 * shape.spacing;
+        need_contact(own, i, count, bool(c.radius), bool(c.ball));
         const auto [x, y, z] = own.contact.direction;
         if (x == 0 && y == 0 && z == 0) continue;
-        contacts.push_back(own);
+        contacts.items.push_back(own);
         asked += std::abs(x) + std::abs(y) + std::abs(z);
         if (own.pad == posed) continue;
         posed = own.pad;
@@ -134,6 +179,19 @@ void Touch::Impl::take(const Poses& given, const Contacts& c) {
         check(pose);
     }
     need_float_pressure(shape, asked);
+    if (s.count == 0) return;
+    need_arrays(s);
+    scene::need_positive("source.stiffness", source.stiffness);
+    shapes.items.reserve(s.count);
+    for (size_t i = 0; i < s.count; ++i) {
+        const Shaped own = copied(s, i);
+        const std::string at = "[" + std::to_string(i) + "]";
+        need_number("shapes.pad" + at, own.pad, 0, count - 1);
+        need_number("shapes.body" + at, own.body, 0, INT_MAX);
+        check(own.shape, "shapes" + at);
+        shapes.items.push_back(own);
+    }
+    bed.reserve(size_t(shape.width + around[0] + around[1]) * size_t(shape.height + around[2] + around[3]));
 }
 
 // Takes the pressures and reports of the last call away.
@@ -145,24 +203,19 @@ void Touch::Impl::clear() {
             for (int y = b.y; map && y < b.y + b.height; ++y) std::fill_n(map + row_at(own, y) + b.x, b.width, 0.0f);
         b = {};
         reports[size_t(number)] = {};
-        counts[size_t(number)] = 0;
+        contacts.counts[size_t(number)] = shapes.counts[size_t(number)] = 0;
     }
     touched.clear();
     all = {};
 }
 
-// Lists the contacts of each pad in their order.
 void Touch::Impl::list() {
-    for (const Listed& c : contacts)
-        if (counts[size_t(c.pad)]++ == 0) touched.push_back(c.pad);
+    for (const Listed& c : contacts.items)
+        if (contacts.counts[size_t(c.pad)]++ == 0) touched.push_back(c.pad);
     if (!std::ranges::is_sorted(touched)) std::ranges::sort(touched);
-    size_t begin = 0;
-    for (const int pad : touched) {
-        ends[size_t(pad)] = begin;
-        begin += counts[size_t(pad)];
-    }
-    order.resize(contacts.size());
-    for (const Listed& c : contacts) order[ends[size_t(c.pad)]++] = &c;
+    for (const Shaped& s : shapes.items) shapes.counts[size_t(s.pad)] += contacts.counts[size_t(s.pad)] != 0;
+    contacts.list(touched);
+    shapes.list(touched);
 }
 
 Pad Touch::Impl::pad(int number) {
@@ -175,27 +228,53 @@ Pad Touch::Impl::pad(int number) {
     return own;
 }
 
-// Presses one pad by its contacts. modulus: Pa, for contacts that have a ball; 0: each contact has a radius.
+// Presses one pad by its contacts: those of bodies that have shapes by these, the others by patches.
 ContactReport Touch::Impl::pressed_by(int number, double modulus) {
+    const auto all = contacts.of(size_t(number));
+    ContactReport report;
+    patches.clear();
+    for (size_t first = 0, last; first < all.size(); first = last) {
+        last = first + 1;
+        while (last < all.size() && all[last]->body == all[first]->body) ++last;
+        const auto own = all.subspan(first, last - first);
+        if (own[0]->body >= 0) {
+            if (press_by_shape(number, own, report)) continue;
+            report.by_patch += int(own.size());
+        }
+        patches.insert(patches.end(), own.begin(), own.end());
+    }
+    sum_up(report, press_by_patches(number, modulus));
+    return report;
+}
+
+// modulus: Pa, for contacts that have a ball; 0: each contact has a radius, or is two cells wide.
+ContactReport Touch::Impl::press_by_patches(int number, double modulus) {
     const Pad own = pad(number);
     const Pose pose = poses[size_t(number)].from_middle(own);
-    Block& block = pressed[size_t(number)];
-    const size_t listed = counts[size_t(number)];
-    const Listed* const* list = order.data() + ends[size_t(number)] - listed;
-    return press_each(own, listed, [&](size_t i, ContactReport& report) {
-        std::optional<Landing> landing = landing_of(own, pose, reach, list[i]->contact, report);
+    return press_each(own, patches.size(), [&](size_t i, ContactReport& report) {
+        std::optional<Landing> landing = landing_of(own, pose, reach, patches[i]->contact, report);
         if (!landing) return landing;
         Contact& patch = landing->patch;
-        if (modulus > 0) patch.radius = std::max(hertz_radius(patch.force, list[i]->ball, modulus), 2 * own.spacing);
+        if (modulus > 0) patch.radius = std::max(hertz_radius(patch.force, patches[i]->ball, modulus), 2 * own.spacing);
         const Disc disc = disc_of(own, patch);
         const double half = std::max(disc.reach, 1.0); // a patch below a cell presses the nearest one
-        grow(block, within(disc.x - half, disc.x + half, {0, own.width - 1}),
+        grow(number, within(disc.x - half, disc.x + half, {0, own.width - 1}),
              within(disc.y - half, disc.y + half, {0, own.height - 1}));
         return landing;
     });
 }
 
-Touch::Touch(const Pad& shape, int count, double reach, bool shear) {
+// Makes the block of a pad hold these cells too.
+void Touch::Impl::grow(int number, const CellSpan& columns, const CellSpan& rows) {
+    if (columns.first > columns.last || rows.first > rows.last) return;
+    Block& b = pressed[size_t(number)];
+    const int x = b.height == 0 ? columns.first : std::min(b.x, columns.first),
+              y = b.height == 0 ? rows.first : std::min(b.y, rows.first);
+    const int right = std::max(b.x + b.width, columns.last + 1), below = std::max(b.y + b.height, rows.last + 1);
+    b = {x, y, right - x, below - y};
+}
+
+Touch::Touch(const Pad& shape, int count, double reach, bool shear, const Source& source) {
     const auto words = [&] {
         return "the pressures of " + std::to_string(count) + " pads of " + std::to_string(shape.width) + " x " +
                std::to_string(shape.height) + " cells";
@@ -205,7 +284,7 @@ Touch::Touch(const Pad& shape, int count, double reach, bool shear) {
         scene::need(double(count) * shape.width * shape.height <= 2147483647, "count*width*height",
                     double(count) * shape.width * shape.height, "at most 2147483647");
         check_reach(shape, reach);
-        impl_ = std::make_unique<Impl>(shape, count, reach, shear);
+        impl_ = std::make_unique<Impl>(shape, count, reach, shear, source);
     });
 }
 
@@ -218,12 +297,12 @@ const Pad& Touch::shape() const { return impl_->shape; }
 const float* Touch::traction() const { return impl_->traction.empty() ? nullptr : impl_->traction.data(); }
 const float* Touch::pressure() const { return impl_->pressure.data(); }
 
-const ContactReport& Touch::add(const Poses& poses, const Contacts& contacts) {
+const ContactReport& Touch::add(const Poses& poses, const Contacts& contacts, const Shapes& shapes) {
     const auto words = [&] { return "the list of " + std::to_string(contacts.count) + " contacts"; };
     return scene::guarded(words, [&]() -> const ContactReport& {
         const DefaultFloats guard;
         Impl& s = *impl_;
-        s.take(poses, contacts);
+        s.take(poses, contacts, shapes);
         s.clear();
         s.list();
         for (const int number : s.touched) {

@@ -3,30 +3,80 @@
 #pragma once
 
 #include "dermis/touch.hpp"
-#include "host/core/contact/landing.hpp"
+#include "host/core/contact/bodies.hpp"
+#include "host/core/contact/foundation.hpp"
+#include "host/core/contact/wrench.hpp"
+
+#include <span>
 
 namespace dermis::contact {
 
-// A contact that was copied: its number of a pad, and the radius of its ball, m, 0 where it has a radius.
+// A contact that was copied: the number of its pad, that of its body or -1, and the radius of its ball, m, 0 where it
+// has a radius.
 struct Listed {
-    int pad;
+    int pad, body = -1;
     double ball = 0;
     WorldContact contact = {};
 };
 
+// A shape that was copied.
+struct Shaped {
+    int pad, body;
+    Body shape = {};
+};
+
+// A shape below a pad.
+struct Laid {
+    Body shape;
+    Lines lines;
+};
+
+// Items of the last call, by the pads that they belong to; those of a pad by their bodies, then in the caller's order.
+template <class Item> struct ByPad {
+    std::vector<Item> items;
+    std::vector<const Item*> order;
+    std::vector<size_t> counts, ends; // of each pad, how many it has, and behind which of `order` they end
+
+    explicit ByPad(int pads) : counts(size_t(pads)), ends(size_t(pads)) {}
+    std::span<const Item* const> of(size_t pad) const { return {order.data() + ends[pad] - counts[pad], counts[pad]}; }
+    // touched: the pads, in whose ascending order they are listed.
+    void list(const std::vector<int>& touched) {
+        size_t begin = 0;
+        for (const int pad : touched) {
+            ends[size_t(pad)] = begin;
+            begin += counts[size_t(pad)];
+        }
+        order.resize(begin);
+        for (const Item& item : items)
+            if (counts[size_t(item.pad)] != 0) order[ends[size_t(item.pad)]++] = &item;
+        for (const int pad : touched) {
+            const auto last = order.begin() + std::ptrdiff_t(ends[size_t(pad)]);
+            std::sort(last - std::ptrdiff_t(counts[size_t(pad)]), last, [](const Item* a, const Item* b) {
+                return a->body != b->body ? a->body < b->body : a < b;
+            });
+        }
+    }
+};
+
 struct Touch::Impl {
-    Impl(const Pad& shape, int count, double reach, bool shear);
+    Impl(const Pad& shape, int count, double reach, bool shear, const Source&);
 
     size_t number_of(int pad) const; // throws Error::bad_input
-    void take(const Poses&, const Contacts&);
+    void take(const Poses&, const Contacts&, const Shapes&);
     void clear();
     void list();
     ContactReport pressed_by(int number, double modulus);
+    ContactReport press_by_patches(int number, double modulus);
+    bool press_by_shape(int number, std::span<const Listed* const>, ContactReport&);
+    bool lay(int number, int body, bool goes_on);
     Pad pad(int number);
+    void grow(int number, const CellSpan& columns, const CellSpan& rows);
 
     const Pad shape;
     const int count;
     const double reach;
+    const Source source;
+    const std::array<int, 4> around; // cells of the finger beyond the pad's borders
     const size_t cells;                    // of a pad
     std::vector<float> pressure, traction; // traction: empty without shear
     std::vector<ContactReport> reports;    // of each pad
@@ -34,9 +84,13 @@ struct Touch::Impl {
     std::vector<Block> pressed;       // of each pad, the cells that may hold a pressure
     std::vector<int> touched;         // pads with contacts, ascending
     std::vector<Pose> poses;          // of each pad with contacts
-    std::vector<Listed> contacts;     // of the last call
-    std::vector<const Listed*> order; // by pads, ascending, those of a pad in their order
-    std::vector<size_t> counts, ends; // of each pad, how many contacts it has, and behind which of `order` they end
+    ByPad<Listed> contacts;
+    ByPad<Shaped> shapes;
+    std::vector<const Listed*> patches; // contacts of a pad that press by patches
+    std::vector<Laid> laid;             // the shapes of the body that is being laid below a pad
+    Bed bed;                            // room for the cells of a pad and around it, where there are shapes
 };
+
+void sum_up(ContactReport&, const ContactReport&);
 
 } // namespace dermis::contact

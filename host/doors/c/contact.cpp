@@ -141,8 +141,8 @@ dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const dermis_pos
                                  float* depth, size_t pitch) {
     return guarded([&] {
         need_size(body, "body");
-        if (body->kind < DERMIS_SPHERE || body->kind > DERMIS_PLANE)
-            dermis::scene::refuse("body->kind", std::to_string(body->kind), "DERMIS_SPHERE (0) .. DERMIS_PLANE (3)");
+        if (body->kind < DERMIS_SPHERE || body->kind > DERMIS_ELLIPSOID)
+            dermis::scene::refuse("body->kind", std::to_string(body->kind), "DERMIS_SPHERE (0) .. DERMIS_ELLIPSOID (5)");
         const contact::Body made{.kind = contact::Body::Kind(body->kind),
                                  .size = {body->extent[0], body->extent[1], body->extent[2]},
                                  .pose = pose_of(&body->pose)};

@@ -105,10 +105,10 @@ ContactReport add_depths_of(const PadOnArray& pad, nb::handle depth, double forc
 
 void make_body(contact::Body* self, string_view kind, const Numbers& size, const Numbers& position,
                const Numbers& rotation) {
-    constexpr string_view kinds[] = {"sphere", "capsule", "box", "plane"};
+    constexpr string_view kinds[] = {"sphere", "capsule", "box", "plane", "cylinder", "ellipsoid"};
     const auto named = std::ranges::find(kinds, kind);
     if (named == std::end(kinds))
-        scene::refuse("kind", "\"" + std::string(kind) + "\"", "\"sphere\", \"capsule\", \"box\", \"plane\"");
+        scene::refuse("kind", "\"" + std::string(kind) + "\"", "\"sphere\", \"capsule\", \"box\", \"plane\", \"cylinder\", \"ellipsoid\"");
     contact::Body body{.kind = contact::Body::Kind(named - std::begin(kinds))};
     const std::vector<double> sizes = numbers_in(size, "size");
     if (sizes.size() > 3) scene::refuse("size", std::to_string(sizes.size()) + " numbers", "at most three numbers");
@@ -258,8 +258,10 @@ void bind_contact(nb::module_& m) {
                      "position: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = (0, 0, 0), "
                      "rotation: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = "
                      "(1, 0, 0, 0, 1, 0, 0, 0, 1)) -> None"),
-             "kind: \"sphere\", \"capsule\", along z, \"box\" or \"plane\", which is all below z = 0 of its frame.\n"
-             "size: m: the radius; radius and half the length; half the length along x, y and z; none.\n"
+             "kind: \"sphere\", \"capsule\", \"cylinder\", both along z, \"box\", \"ellipsoid\" or \"plane\", which is all "
+             "below z = 0 of its frame.\n"
+             "size: m: the radius of a sphere; radius and half the length of a capsule or a cylinder; half the length "
+             "along x, y and z of a box or an ellipsoid; none of a plane.\n"
              "position: m, its middle; of a plane any point of it. rotation: its axes as columns, as of a Pose.");
     m.def("fill_depths", fill_depths, nb::arg("pad"), nb::arg("pose"), nb::arg("body"),
           nb::sig("def fill_depths(pad: Pad, pose: Pose, body: Body) -> numpy.typing.NDArray[numpy.float32]"),

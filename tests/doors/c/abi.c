@@ -155,6 +155,8 @@ int main(void) {
     NUMBER(DERMIS_CAPSULE);
     NUMBER(DERMIS_BOX);
     NUMBER(DERMIS_PLANE);
+    NUMBER(DERMIS_CYLINDER);
+    NUMBER(DERMIS_ELLIPSOID);
     SIZE(dermis_body);
     OFFSET(dermis_body, kind);
     OFFSET(dermis_body, extent);

@@ -273,7 +273,7 @@ static void bodies(void) {
     REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body.size[1] = 0; allowed: above 0");
     ball.kind = 4;
     REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0),
-            "body->kind = 4; allowed: DERMIS_SPHERE (0) .. DERMIS_PLANE");
+            "body->kind = 6; allowed: DERMIS_SPHERE (0) .. DERMIS_ELLIPSOID");
     REFUSED(dermis_fill_depths(&on, &pose, NULL, depth, 0), "body = (null)");
     REFUSED(dermis_fill_depths(&on, NULL, &ball, depth, 0), "body->kind = 4");
 }

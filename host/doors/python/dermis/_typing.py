@@ -18,7 +18,7 @@ Hold = Literal["linear", "parabolic"]
 Control = Literal["pressure", "depth"]
 Kind = Literal["creep", "relaxation"]
 Residual = Literal["relative", "absolute"]
-BodyKind = Literal["sphere", "capsule", "box", "plane"]
+BodyKind = Literal["sphere", "capsule", "box", "plane", "cylinder", "ellipsoid"]
 TaxelUnit = Literal["newton", "pascal"]
 
 

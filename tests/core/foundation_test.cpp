@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+// Pads that bodies press by their shapes: forces, centres and profiles against closed forms of an elastic foundation.
+#include "dermis/touch.hpp"
+#include "tests/contacts.hpp"
+#include "tests/expected.hpp"
+
+using namespace test::contacts;
+using test::absolute, test::relative;
+
+namespace {
+
+using Vector = std::array<double, 3>;
+constexpr double stiffness = 5e7; // Pa/m
+
+// A flat pad in the world's frame whose middle is the origin, and what it is pressed by.
+struct Grip {
+    explicit Grip(int width, int height, double spacing, const Source& by = {stiffness}, double radius = 0,
+                   bool shear = false)
+        : touch({.width = width, .height = height, .spacing = spacing, .radius_x = radius, .radius_y = radius}, 1, 1e-3,
+                shear, by) {}
+
+    void shape(Body::Kind kind, const Vector& size, const Vector& at, const std::array<double, 9>& turn = upright,
+               int body = 0) {
+        kinds.push_back(int(kind)), bodies.push_back(body), pads.push_back(0);
+        sizes.insert(sizes.end(), size.begin(), size.end());
+        places.insert(places.end(), at.begin(), at.end());
+        turns.insert(turns.end(), turn.begin(), turn.end());
+    }
+    void push(const Vector& at, const Vector& force, int body = 0) {
+        named.push_back(body), on.push_back(0);
+        points.insert(points.end(), at.begin(), at.end());
+        forces.insert(forces.end(), force.begin(), force.end());
+    }
+    const ContactReport& press() {
+        const Contacts c{.count = on.size(), .pad = on.data(), .position = points.data(), .force = forces.data(),
+                         .body = named.data()};
+        const Shapes s{.count = kinds.size(), .pad = pads.data(), .body = bodies.data(), .kind = kinds.data(),
+                       .size = sizes.data(), .position = places.data(), .rotation = turns.data()};
+        return touch.add({origin.data(), upright.data()}, c, s);
+    }
+    double of(int x, int y) const { return touch.pressure()[y * touch.shape().width + x]; }
+    double greatest() const { return *std::max_element(touch.pressure(), touch.pressure() + cells()); }
+    int cells() const { return touch.shape().width * touch.shape().height; }
+    // The centre of pressure, m from the pad's middle, and the force, N.
+    Vector centre() const {
+        const Pad& p = touch.shape();
+        double sum = 0, x = 0, y = 0;
+        for (int i = 0; i < cells(); ++i) {
+            const double force = touch.pressure()[i];
+            sum += force, x += force * (i % p.width + 0.5 - 0.5 * p.width);
+            y += force * (i / p.width + 0.5 - 0.5 * p.height);
+        }
+        return {x / sum * p.spacing, y / sum * p.spacing, sum * p.spacing * p.spacing};
+    }
+
+    static constexpr std::array<double, 9> upright = {1, 0, 0, 0, 1, 0, 0, 0, 1}, along_y = {1, 0, 0, 0, 0, 1, 0, -1, 0};
+    static constexpr Vector origin = {0, 0, 0};
+    Touch touch;
+    std::vector<int32_t> kinds, bodies, pads, named, on;
+    std::vector<double> sizes, places, turns, points, forces;
+};
+
+} // namespace
+
+TEST_CASE("A ball presses the patch of an elastic foundation, wherever in a cell it is: F = pi*k*R*d^2, peak 2F/(pi*a^2)") {
+    Random random;
+    const double radius = 8e-3;
+    for (const int n : {3, 6}) // cells of the patch's radius
+        for (int turn = 0; turn < 40; ++turn) {
+            Grip s(64, 64, quarter);
+            const double a = n * quarter, depth = a * a / (2 * radius), force = pi * stiffness * radius * depth * depth;
+            const double x = random.within(-0.5, 0.5) * quarter, y = random.within(-0.5, 0.5) * quarter;
+            s.shape(Body::Kind::sphere, {radius}, {x, y, radius});
+            s.push({x, y, 0}, {0, 0, -force});
+            const ContactReport& r = s.press();
+            CHECK(r.placed == relative(force, 1e-6));
+            CHECK(r.by_body == 1);
+            // The cells' centres are up to 0.71 of a cell from the middle.
+            CHECK(s.greatest() == relative(2 * force / (pi * a * a), 1.05 * 0.5 / (n * n)));
+            CHECK(std::hypot(s.centre()[0] - x, s.centre()[1] - y) <= 0.03 * quarter);
+        }
+}
+
+TEST_CASE("A cylinder presses a strip: half width b^3 = 3*R*F/(2*k*L), peak 3*F/(4*L*b)") {
+    for (const int n : {3, 6, 12})
+        for (int turn = -5; turn <= 5; ++turn) {
+            Grip s(64, 64, quarter);
+            const double b = n * quarter, radius = 15e-3, length = 64 * quarter;
+            const double force = 2 * stiffness * length * b * b * b / (3 * radius), x = 0.1 * turn * quarter;
+            s.shape(Body::Kind::cylinder, {radius, 0.04}, {x, 0, radius}, Grip::along_y);
+            s.push({x, -0.5 * length, 0}, {0, 0, -0.5 * force});
+            s.push({x, 0.5 * length, 0}, {0, 0, -0.5 * force}); // where MuJoCo has them: on the pad's border
+            CHECK(s.press().placed == relative(force, 1e-6));
+            CHECK(s.greatest() == relative(3 * force / (4 * length * b), n == 3 ? 0.04 : 0.01));
+        }
+}
+
+TEST_CASE("A face whose force is off its middle has a linear pressure up to a sixth of its side, and less shift beyond") {
+    const int n = 16;
+    const double spacing = 1.5e-3, side = n * spacing, force = 6;
+    for (const double s : {0.0, 0.05, 0.1, 1.0 / 6}) {
+        Grip scene(n, n, spacing);
+        scene.shape(Body::Kind::box, {0.03, 0.03, 0.01}, {0, 0, 0.01});
+        scene.push({s * side, 0, 0}, {0, 0, -force});
+        CHECK(scene.press().tilted == 0);
+        const double even = force / (side * side);
+        double worst = 0;
+        for (int x = 0; x < n; ++x) {
+            const double place = (x + 0.5 - 0.5 * n) * spacing;
+            const double linear = even * (1 + 12 * s * side * place / (side * side - spacing * spacing));
+            for (int y = 0; y < n; ++y) worst = std::max(worst, std::abs(scene.of(x, y) - linear) / even);
+        }
+        CHECK(worst <= 1e-6);
+    }
+    for (const auto& [s, centre, peak] : {std::array{0.2, 0.175, 1.99}, std::array{0.5, 0.198, 2.13}}) {
+        Grip scene(n, n, spacing);
+        scene.shape(Body::Kind::box, {0.03, 0.03, 0.01}, {0, 0, 0.01});
+        scene.push({s * side, 0, 0}, {0, 0, -force});
+        const ContactReport& r = scene.press();
+        CHECK(r.tilted == 1);
+        CHECK(r.centre_off == relative((s - centre) * side, 0.02));
+        CHECK(scene.centre()[0] / side == absolute(centre, 0.002));
+        CHECK(scene.greatest() * side * side / force == absolute(peak, 0.02));
+    }
+}
+
+TEST_CASE("A finger that goes on beyond its pad carries its share of the force there") {
+    const double spacing = 1.5e-3, more = 4 * spacing;
+    const auto share = [&](Body::Kind kind, const Vector& size, const Vector& at, const std::array<double, 9>& turn,
+                           const Vector& point) {
+        Grip s(8, 8, spacing, {stiffness, {more, more, more, more}});
+        s.shape(kind, size, at, turn);
+        s.push(point, {0, 0, -2});
+        const ContactReport& r = s.press();
+        CHECK(r.asked == absolute(2, 1e-9));
+        CHECK(r.placed + r.outside == relative(2, 1e-6));
+        return r.placed / 2;
+    };
+    CHECK(share(Body::Kind::box, {0.04, 0.04, 0.01}, {0, 0, 0.01}, Grip::upright, {0, 0, 0}) == absolute(0.25, 1e-3));
+    CHECK(share(Body::Kind::cylinder, {0.015, 0.04}, {0, 0, 0.015}, Grip::along_y, {0, 0, 0}) == absolute(0.5, 1e-3));
+    CHECK(share(Body::Kind::sphere, {0.015}, {0.006, 0, 0.015}, Grip::upright, {0.006, 0, 0}) == absolute(0.5, 1e-3));
+}
+
+TEST_CASE("Force, shear and torsion are those of the contacts") {
+    const double spacing = 1.5e-3;
+    Grip s(16, 16, spacing, {stiffness}, 0, true);
+    s.shape(Body::Kind::ellipsoid, {0.03, 0.02, 0.01}, {1e-3, 2e-3, 0.01});
+    s.push({2e-3, 1e-3, 0}, {0.3, -0.2, -1});
+    s.push({-1e-3, 2e-3, 0}, {-0.1, 0.4, -2});
+    const ContactReport& r = s.press();
+    CHECK(r.placed == relative(3, 1e-6));
+    CHECK(r.shear[0] == relative(0.2, 1e-6));
+    CHECK(r.shear[1] == relative(0.2, 1e-6));
+    double sums[2] = {}, torsion = 0;
+    const float* x = s.touch.traction();
+    for (int i = 0; i < s.cells(); ++i) {
+        const double tx = x[i], ty = x[s.cells() + i];
+        const double px = (i % 16 + 0.5 - 8) * spacing, py = (i / 16 + 0.5 - 8) * spacing;
+        sums[0] += tx, sums[1] += ty, torsion += px * ty - py * tx;
+    }
+    const double area = spacing * spacing;
+    CHECK(sums[0] * area == absolute(0.2, 3e-6));
+    CHECK(sums[1] * area == absolute(0.2, 3e-6));
+    const double asked = (2e-3 * -0.2 - 1e-3 * 0.3) + (-1e-3 * 0.4 - 2e-3 * -0.1);
+    CHECK(torsion * area == absolute(asked, 3e-6 * spacing));
+    CHECK(std::hypot(s.centre()[0] - 0, s.centre()[1] - (1e-3 + 2 * 2e-3) / 3) <= 1e-5 * spacing);
+}
+
+TEST_CASE("A light press is two cells wide, so that its centre does not jump from cell to cell") {
+    const double spacing = 1.5e-3;
+    for (const double force : {0.005, 0.02, 0.1, 0.5})
+        for (int step = 0; step < 60; ++step) {
+            Grip s(16, 16, spacing);
+            const double x = -1.5e-3 + 5e-5 * step, y = 2e-4;
+            s.shape(Body::Kind::sphere, {4e-3}, {x, y, 4e-3});
+            s.push({x, y, 0}, {0, 0, -force});
+            s.press();
+            CHECK(std::hypot(s.centre()[0] - x, s.centre()[1] - y) <= 0.06 * spacing);
+        }
+}
+
+TEST_CASE("A body that is below no cell, and one without shapes, press by a patch of two cells") {
+    Grip s(16, 16, 1.5e-3);
+    s.shape(Body::Kind::sphere, {1e-3}, {0.2, 0, 1e-3});
+    s.push({0, 0, 0}, {0, 0, -1});
+    const ContactReport& r = s.press();
+    CHECK(r.by_patch == 1);
+    CHECK(r.by_body == 0);
+    CHECK(r.placed == relative(1, 1e-6));
+}
+
+TEST_CASE("A box that moves along the cells presses without steps, and one thinner than a cell wherever it stands") {
+    const double spacing = 1.5e-3;
+    const auto pressed_at = [&](double half, double x, const auto& check) {
+        Grip s(16, 16, spacing);
+        s.shape(Body::Kind::box, {half, 4.5e-3, 0.01}, {x, 0.3 * spacing, 0.01});
+        s.push({x, 0.3 * spacing, 0}, {0, 0, -2});
+        const ContactReport& r = s.press();
+        CHECK(r.by_body == 1);
+        CHECK(r.placed == relative(2, 1e-6));
+        check(s);
+    };
+    std::vector<float> before;
+    for (int step = 0; step <= 40; ++step) {
+        const double x = 0.05 * step * spacing;
+        pressed_at(2e-4, x, [&](const Grip& s) { CHECK(std::abs(s.centre()[0] - x) <= 0.5 * spacing); });
+        pressed_at(4.5e-3, x, [&](const Grip& s) {
+            CHECK(std::abs(s.centre()[0] - x) <= 0.03 * spacing);
+            const std::vector<float> now(s.touch.pressure(), s.touch.pressure() + s.cells());
+            if (!before.empty()) CHECK(difference(now, before) <= 0.07);
+            before = now;
+        });
+    }
+}
+
+TEST_CASE("Two boxes of one body press as one box of both") {
+    const auto pressed = [](bool two) {
+        Grip s(16, 16, 1.5e-3);
+        if (two) {
+            s.shape(Body::Kind::box, {4e-3, 8e-3, 0.01}, {-4e-3, 0, 0.01});
+            s.shape(Body::Kind::box, {4e-3, 8e-3, 0.01}, {4e-3, 0, 0.01});
+        } else s.shape(Body::Kind::box, {8e-3, 8e-3, 0.01}, {0, 0, 0.01});
+        s.push({1e-3, 0.5e-3, 0}, {0, 0, -3});
+        s.press();
+        return std::vector<float>(s.touch.pressure(), s.touch.pressure() + s.cells());
+    };
+    CHECK(difference(pressed(true), pressed(false)) <= 1e-6);
+}
+
+TEST_CASE("A ball that moves by a millionth of a cell changes its pressures by at most 1e-5 of the peak") {
+    Random random;
+    const double spacing = 1.5e-3;
+    for (int draw = 0; draw < 20; ++draw) {
+        const double x = random.within(-6, 6) * spacing, y = random.within(-6, 6) * spacing,
+                     force = random.decades(-3, 1);
+        const auto pressed = [&](double by) {
+            Grip s(16, 16, spacing);
+            s.shape(Body::Kind::sphere, {15e-3}, {x + by, y, 15e-3});
+            s.push({x + by + spacing, y, 0}, {0, 0, -force});
+            s.press();
+            return std::vector<float>(s.touch.pressure(), s.touch.pressure() + s.cells());
+        };
+        CHECK(difference(pressed(1e-6 * spacing), pressed(0)) <= 1e-5);
+    }
+}
