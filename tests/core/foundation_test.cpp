@@ -240,6 +240,9 @@ TEST_CASE("A ball that moves by a millionth of a cell changes its pressures by a
             s.press();
             return std::vector<float>(s.touch.pressure(), s.touch.pressure() + s.cells());
         };
+        CAPTURE(force);
+        CAPTURE(x);
+        CAPTURE(y);
         CHECK(difference(pressed(1e-6 * spacing), pressed(0)) <= 1e-5);
     }
 }

@@ -1,99 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The ends of lines in bodies. Lines come in rows, and each loop has no branch, so that several are computed at once.
+// The lines along which depths of bodies are measured.
 #include "host/core/contact/bodies.hpp"
 
 #include "host/core/base/float_environment.hpp"
 
-#include <cfloat>
 
 namespace dermis::contact {
 namespace {
-
-// The places point + t*direction of a line that are in a body: near <= t <= far; none if near > far.
-struct Stretch {
-    double near, far;
-};
-inline Stretch chosen(bool first, const Stretch& a, const Stretch& b) {
-    return {first ? a.near : b.near, first ? a.far : b.far};
-}
-inline Stretch common(const Stretch& a, const Stretch& b) {
-    return {std::max(a.near, b.near), std::min(a.far, b.far)};
-}
-constexpr Stretch nowhere{DBL_MAX, -DBL_MAX}, everywhere{-DBL_MAX, DBL_MAX};
-constexpr double parallel = 1e-12; // the sine of an angle below which a line runs along a face
-
-// Where a*t^2 + 2*b*t + c <= 0, of a > 0.
-inline Stretch within_quadric(double a, double b, double c) {
-    const double under = b * b - a * c, half = std::sqrt(under < 0 ? 0 : under), scale = 1 / a;
-    return chosen(under >= 0, {(-b - half) * scale, (-b + half) * scale}, nowhere);
-}
-
-// Between two faces across an axis, `half` from the body's middle.
-inline Stretch within_slab(double from, double along, double half) {
-    const bool runs = std::abs(along) < parallel;
-    const double scale = 1 / (runs ? 1 : along), one = (-half - from) * scale, other = (half - from) * scale;
-    return chosen(runs, chosen(std::abs(from) <= half, everywhere, nowhere),
-                  {std::min(one, other), std::max(one, other)});
-}
-
-// In a ball of this radius around a place at the distance `from` of the line's point. The direction has length 1.
-inline Stretch within_ball(const Vector& from, const Vector& along, double radius) {
-    return within_quadric(1, dot(from, along), dot(from, from) - radius * radius);
-}
-
-// In a cylinder along z without ends.
-inline Stretch within_tube(const Vector& from, const Vector& along, double radius) {
-    const double a = along[0] * along[0] + along[1] * along[1],
-                 c = from[0] * from[0] + from[1] * from[1] - radius * radius;
-    const bool runs = a < parallel;
-    return chosen(runs, chosen(c <= 0, everywhere, nowhere),
-                  within_quadric(runs ? 1 : a, from[0] * along[0] + from[1] * along[1], c));
-}
-
-// On the inner side of a face: where normal*place <= offset. The normal has length 1.
-inline Stretch within_face(const Vector& from, const Vector& along, const Vector& normal, double offset) {
-    const double speed = dot(normal, along), rest = offset - dot(normal, from), t = rest / (speed == 0 ? 1 : speed);
-    return chosen(std::abs(speed) < parallel, chosen(rest >= 0, everywhere, nowhere),
-                  {speed < 0 ? t : -DBL_MAX, speed > 0 ? t : DBL_MAX});
-}
-
-// Functions that return where a line is in a body of each kind; both in the body's frame.
-inline Stretch in_sphere(const Body& body, const Vector& from, const Vector& along) {
-    return within_ball(from, along, body.size[0]);
-}
-
-// The far ends alone count: where the line leaves a ball or the side of the cylinder between them, the last of them.
-inline Stretch in_capsule(const Body& body, const Vector& from, const Vector& along) {
-    Stretch side = within_tube(from, along, body.size[0]);
-    const bool beside = !(std::abs(from[2] + side.far * along[2]) <= body.size[1]) || side.far == DBL_MAX;
-    Stretch found = chosen(beside, nowhere, side);
-    for (const double end : {-body.size[1], body.size[1]}) {
-        const Stretch ball = within_ball({from[0], from[1], from[2] - end}, along, body.size[0]);
-        found = {std::min(found.near, ball.near), std::max(found.far, ball.far)};
-    }
-    return found;
-}
-
-inline Stretch in_box(const Body& body, const Vector& from, const Vector& along) {
-    const Stretch x = within_slab(from[0], along[0], body.size[0]), y = within_slab(from[1], along[1], body.size[1]);
-    return common(common(x, y), within_slab(from[2], along[2], body.size[2]));
-}
-
-// A line along the plane, or out of it, is in no part of it that has an end.
-inline Stretch in_plane(const Body&, const Vector& from, const Vector& along) {
-    const bool ends = along[2] > parallel;
-    return chosen(ends, {-DBL_MAX, -from[2] / (ends ? along[2] : 1)}, nowhere);
-}
-
-inline Stretch in_cylinder(const Body& body, const Vector& from, const Vector& along) {
-    return common(within_tube(from, along, body.size[0]), within_slab(from[2], along[2], body.size[1]));
-}
-
-inline Stretch in_ellipsoid(const Body& body, const Vector& from, const Vector& along) {
-    Vector p, d;
-    for (size_t k = 0; k < 3; ++k) p[k] = from[k] / body.size[k], d[k] = along[k] / body.size[k];
-    return within_quadric(dot(d, d), dot(p, d), dot(p, p) - 1);
-}
 
 // sin(a)/a and cos(a) of an angle whose square is q.
 struct Angle {
@@ -159,20 +72,25 @@ class PadSurface {
 
 } // namespace
 
-void check(const Body& body, const std::string& name) {
+void check(const Body& body, const char* list, int number) {
     check(body.pose);
-    need_within((name + ".kind").c_str(), double(body.kind), 0, 5, "sphere, capsule, box, plane, cylinder, ellipsoid");
+    const auto name = [&](const std::string& member) {
+        return list + (number < 0 ? "." + member : "." + member + "[" + std::to_string(number) + "]");
+    };
+    if (int(body.kind) < 0 || int(body.kind) > 5)
+        scene::refuse(name("kind"), std::to_string(int(body.kind)),
+                      "sphere, capsule, box, plane, cylinder, ellipsoid (0..5)");
     constexpr size_t used[] = {1, 2, 3, 0, 2, 3}; // sizes of each kind
     for (size_t k = 0; k < 3; ++k) {
         const double size = body.size[k];
         const bool asked = k < used[size_t(body.kind)];
         if (asked ? !(size > 0 && size <= greatest_length) : size != 0)
-            scene::refuse(name + ".size[" + std::to_string(k) + "]", shortest(size),
+            scene::refuse(name("size") + "[" + std::to_string(k) + "]", shortest(size),
                           asked ? "above 0, at most 1e6" : "0");
     }
 }
 
-Lines::Lines(const Pad& pad, const Pose& from, const Pose& to) : pad_(pad), deepest_(greatest_length) {
+Lines::Lines(const Pad& pad, const Pose& from, const Pose& to) : pad_(pad) {
     Vector between;
     for (size_t i = 0; i < 3; ++i) {
         between[i] = from.position[i] - to.position[i];
@@ -181,49 +99,44 @@ Lines::Lines(const Pad& pad, const Pose& from, const Pose& to) : pad_(pad), deep
     }
     const Vector own = turned(to, between);
     const Vector middle = vector({0.5 * pad.width * pad.spacing, 0.5 * pad.height * pad.spacing, 0});
-    for (size_t i = 0; i < 3; ++i) offset_[i] = middle[i] + own[i];
+    lines_.flat = pad.radius_x == 0 && pad.radius_y == 0;
+    lines_.deepest = greatest_length;
     for (double radius : {pad.radius_x, pad.radius_y})
-        if (radius != 0) deepest_ = std::min(deepest_, radius);
+        if (radius != 0) lines_.deepest = std::min(lines_.deepest, radius);
+    const double corner_x = (0.5 - 0.5 * pad.width) * pad.spacing, corner_y = (0.5 - 0.5 * pad.height) * pad.spacing;
+    for (size_t k = 0; k < 3; ++k) {
+        offset_[k] = middle[k] + own[k];
+        lines_.origin[k] = offset_[k] + (rows_[k][0] * corner_x + rows_[k][1] * corner_y);
+        lines_.step_x[k] = rows_[k][0] * pad.spacing, lines_.step_y[k] = rows_[k][1] * pad.spacing;
+        lines_.down[k] = -rows_[k][2];
+    }
 }
 
 void Lines::fill(const Places& places) {
-    if (pad_.radius_x == 0 && pad_.radius_y == 0) {
-        const double corner_x = 0.5 - 0.5 * pad_.width, corner_y = 0.5 - 0.5 * pad_.height;
-        for (size_t k = 0; k < 3; ++k)
-            for (int i = 0; i < places.count; ++i) {
-                from_[k][i] = offset_[k] + (rows_[k][0] * ((places.x[i] + corner_x) * pad_.spacing) +
-                                            rows_[k][1] * ((places.y[i] + corner_y) * pad_.spacing));
-                along_[k][i] = -rows_[k][2];
-            }
-        return;
-    }
     PadSurface surface(pad_);
     for (int i = 0; i < places.count; ++i) {
         if (i == 0 || places.y[i] != places.y[i - 1]) surface.row(places.y[i]);
         Vector place, normal;
         surface.at(places.x[i], place, normal);
         const Vector own = vector(place), out = vector(normal);
-        for (size_t k = 0; k < 3; ++k) from_[k][i] = offset_[k] + own[k], along_[k][i] = -out[k];
+        for (size_t k = 0; k < 3; ++k) lines_.from[k][i] = offset_[k] + own[k], lines_.along[k][i] = -out[k];
     }
 }
 
 void Lines::deepen(const Body& body, const Places& places, double* depth) {
-    fill(places);
-    const auto by = [&]<Stretch (*in)(const Body&, const Vector&, const Vector&)>() {
-        for (int i = 0; i < places.count; ++i) {
-            const Stretch s =
-                in(body, {from_[0][i], from_[1][i], from_[2][i]}, {along_[0][i], along_[1][i], along_[2][i]});
-            depth[i] = std::max(depth[i], s.near > s.far || s.far > deepest_ ? not_below : s.far);
+    if (!lines_.flat) fill(places);
+    loops().deepen(int(body.kind), body.size.data(), lines_, places, depth);
+}
+
+void Lines::deepen(const Body& body, const CellBlock& b, double* depth) {
+    if (lines_.flat) return loops().deepen_block(int(body.kind), body.size.data(), lines_, b, depth);
+    Places places;
+    for (int j = 0; j < b.rows; ++j)
+        for (int first = 0; first < b.columns; first += Places::most) {
+            places.count = std::min(Places::most, b.columns - first);
+            for (int i = 0; i < places.count; ++i) places.x[i] = b.x + first + i, places.y[i] = b.y + j;
+            deepen(body, places, depth + size_t(j) * b.pitch + size_t(first));
         }
-    };
-    switch (body.kind) {
-    case Body::Kind::sphere: return by.template operator()<in_sphere>();
-    case Body::Kind::capsule: return by.template operator()<in_capsule>();
-    case Body::Kind::box: return by.template operator()<in_box>();
-    case Body::Kind::plane: return by.template operator()<in_plane>();
-    case Body::Kind::cylinder: return by.template operator()<in_cylinder>();
-    case Body::Kind::ellipsoid: return by.template operator()<in_ellipsoid>();
-    }
 }
 
 void fill_depths(const Pad& pad, const Pose& pose, const Body& body, float* depth, size_t pitch) {
@@ -234,13 +147,12 @@ void fill_depths(const Pad& pad, const Pose& pose, const Body& body, float* dept
     need_memory("depth", depth != nullptr);
     need_pitch("pitch", pitch, pad.width);
     Lines lines(pad, pose, body.pose);
-    for (int y = 0; y < pad.height; ++y)
-        each_piece(0, y, pad.width, [&](const Places& places, int first) {
-            double deep[Places::most];
-            std::fill_n(deep, places.count, not_below);
-            lines.deepen(body, places, deep);
-            std::copy_n(deep, places.count, depth + size_t(y) * (pitch ? pitch : size_t(pad.width)) + size_t(first));
-        });
+    std::vector<double> row(size_t(pad.width));
+    for (int y = 0; y < pad.height; ++y) {
+        std::ranges::fill(row, not_below);
+        lines.deepen(body, CellBlock{0, y, pad.width, 1, 0}, row.data());
+        std::ranges::copy(row, depth + size_t(y) * (pitch ? pitch : size_t(pad.width)));
+    }
 }
 
 } // namespace dermis::contact

@@ -6,46 +6,10 @@
 namespace dermis::contact {
 namespace {
 
-// A rigid surface over the depths: the excess of a cell is depth + level + along_x*x + along_y*y, m; x and y in cells.
-struct Plane {
-    double level, along_x = 0, along_y = 0;
-};
-
-// Sums over the cells whose excess e is above 0, each by its share: of 1, x, y, x^2, xy, y^2, and of these times e.
-struct Sums {
-    double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-    double e = 0, ex = 0, ey = 0, exx = 0, exy = 0, eyy = 0, ee = 0;
-};
-
-double place(int i, int count) { return i + 0.5 - 0.5 * count; }
-
-Sums sums_above(const Bed& bed, const Plane& p) {
-    Sums all;
-    for (int j = 0; j < bed.height; ++j) {
-        const double y = place(j, bed.height), row = p.level + p.along_y * y;
-        const size_t first = size_t(j) * size_t(bed.width);
-        for (int i = 0; i < bed.width; ++i) {
-            const double x = place(i, bed.width), excess = double(bed.depth[first + size_t(i)]) + (row + p.along_x * x);
-            if (!(excess > 0)) continue;
-            const double w = double(bed.share[first + size_t(i)]), e = w * excess;
-            all.n += w, all.x += w * x, all.y += w * y, all.xx += w * x * x, all.xy += w * x * y, all.yy += w * y * y;
-            all.e += e, all.ex += e * x, all.ey += e * y, all.exx += e * x * x, all.exy += e * x * y;
-            all.eyy += e * y * y, all.ee += e * excess;
-        }
-    }
-    return all;
-}
-
-// The level at which the excesses sum to `asked`, m. From a level at which all cells count, Newton's steps fall onto
-// it: the sum is convex in the level, and linear while the same cells count.
-double level_of(const Bed& bed, double asked) {
-    double level = -not_below;
-    for (double before = -1;;) {
-        const Sums s = sums_above(bed, {level});
-        level += (asked - s.e) / s.n;
-        if (s.n == before) return level;
-        before = s.n;
-    }
+Sums sums_above(const Bed& bed, const Plane& plane) {
+    Sums s;
+    loops().sums(bed.cells(), plane, &s);
+    return s;
 }
 
 // The second moments of a pressure about its centre, and the centre; in cells.
@@ -53,35 +17,33 @@ struct Spread {
     double x, y, xx, xy, yy;
     explicit Spread(const Sums& s)
         : x(s.ex / s.e), y(s.ey / s.e), xx(s.exx / s.e - x * x), xy(s.exy / s.e - x * y), yy(s.eyy / s.e - y * y) {}
-    double least() const { return 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy); }
+    double least() const { return 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy); }
 };
 
-// A light press, or one of an edge, would jump from cell to cell. So the level is lowered until the patch is as wide as
-// Hertz's of a radius of two cells, whose second moment is 2/3 of a cell^2; but at most to where 1/256 of the stiffness
-// carries the force. The moments grow with the level; the root is looked for in its logarithm.
+// Hertz's pressure of a radius of two cells has this second moment, cells^2, and less at no place in a cell.
+constexpr double least_moment = 2.0 / 3;
+
+// A light press, or one of an edge, would jump from cell to cell. So the level is raised until the smaller second moment
+// is the least one, but at most to where 1/256 of the stiffness carries the force.
 double wide_enough(const Bed& bed, double level, double asked) {
-    constexpr double least = 2.0 / 3, softest = 1.0 / 256, right_to = 1e-7;
-    const auto missing = [&](double log) { return Spread(sums_above(bed, {std::exp2(log)})).least() - least; };
-    double low = std::log2(level), at_low = missing(low);
-    if (at_low >= 0) return level;
-    double high = std::log2(level_of(bed, asked / softest)), at_high = missing(high);
-    if (at_high <= 0) return std::exp2(high);
-    for (int side = 0; high - low > right_to;) { // regula falsi; an end that stays twice counts half (Illinois)
-        const double middle = low + (high - low) * at_low / (at_low - at_high), found = missing(middle);
-        if (found == 0) return std::exp2(middle);
-        if (found < 0) {
-            if (middle - low < right_to) return std::exp2(middle);
-            low = middle, at_low = found;
-            if (side == -1) at_high *= 0.5;
-            side = -1;
-        } else {
-            if (high - middle < right_to) return std::exp2(middle);
-            high = middle, at_high = found;
-            if (side == 1) at_low *= 0.5;
-            side = 1;
-        }
+    constexpr double softest = 1.0 / 256, right_to = 1e-7;
+    const auto missing = [&](double at) { return Spread(sums_above(bed, {at, 0, 0})).least() - least_moment; };
+    double low = level, high = level_of(bed, asked / softest);
+    double at_low = missing(low), at_high = missing(high);
+    if (at_high <= 0) return high;
+    double before = high;
+    for (int side = 0;;) { // regula falsi; the value of an end that stays twice counts half (Illinois)
+        const double middle = low + (high - low) * at_low / (at_low - at_high);
+        if (std::abs(middle - before) <= right_to * middle) return middle;
+        before = middle;
+        const double found = missing(middle);
+        const int now = found < 0 ? -1 : 1;
+        double& stays = found < 0 ? at_high : at_low;
+        if (now == side) stays *= 0.5;
+        if (found < 0) low = middle, at_low = found;
+        else high = middle, at_high = found;
+        side = now;
     }
-    return std::exp2(low);
 }
 
 // The level and the tilts for which the pressure has the force's centre, as far as tilts do not change the depths by
@@ -89,10 +51,10 @@ double wide_enough(const Bed& bed, double level, double asked) {
 // minimise a convex function, about the centre of the pressure by the level alone.
 class Tilts {
   public:
-    Tilts(const Bed& bed, const Sums& level_alone, double level, const Push& push)
-        : bed_(bed), own_(level_alone), force_(level_alone.e), mean_(level_alone.ee / level_alone.e),
-          off_{push.x - own_.x, push.y - own_.y}, gxx_(own_.xx + 1.0 / 12), gxy_(own_.xy), gyy_(own_.yy + 1.0 / 12) {
-        State now = at({level, 0, 0});
+    Tilts(const Bed& bed, const Sums& alone, double level, const Push& push)
+        : bed_(bed), own_(alone), force_(alone.e), mean_(alone.ee / alone.e), off_{push.x - own_.x, push.y - own_.y},
+          gxx_(own_.xx + 1.0 / 12), gxy_(own_.xy), gyy_(own_.yy + 1.0 / 12) {
+        State now = at({level, 0, 0}, alone);
         for (int step = 0; step < most_steps && !now.balanced(force_); ++step) now = better(now);
         found_ = now;
     }
@@ -112,16 +74,16 @@ class Tilts {
         Sums sums;
         bool balanced(double force) const {
             for (double g : gradient)
-                if (!(std::abs(g) <= 1e-7 * force)) return false;
+                if (!(std::abs(g) <= 1e-6 * force)) return false;
             return true;
         }
     };
 
     State at(const std::array<double, 3>& u) const {
-        State s{.u = u};
-        s.plane = {u[0] - u[1] * own_.x - u[2] * own_.y, u[1], u[2]};
-        s.sums = sums_above(bed_, s.plane);
-        const Sums& m = s.sums;
+        return at(u, sums_above(bed_, {u[0] - u[1] * own_.x - u[2] * own_.y, u[1], u[2]}));
+    }
+    State at(const std::array<double, 3>& u, const Sums& m) const {
+        State s{.u = u, .plane = {u[0] - u[1] * own_.x - u[2] * own_.y, u[1], u[2]}, .sums = m};
         const double tx = gxx_ * u[1] + gxy_ * u[2], ty = gxy_ * u[1] + gyy_ * u[2];
         const double size = std::sqrt(std::max(u[1] * tx + u[2] * ty, 0.0)), firm = hardness * force_ / mean_;
         s.over = std::max(size - bound_share * mean_, 0.0);
@@ -141,17 +103,17 @@ class Tilts {
         }
         return s;
     }
-    // A step of Newton's, halved until the value falls.
+    // A step of Newton's, halved until the value falls, or is as good as before but for rounding.
     State better(const State& s) const {
         const auto& g = s.gradient;
         const double l1 = s.nx / s.sums.n, l2 = s.ny / s.sums.n; // the matrix as L*D*transposed L
         const double d1 = s.hxx - l1 * s.nx, m = s.hxy - l1 * s.ny, l21 = m / d1, d2 = s.hyy - l2 * s.ny - l21 * m;
         const double b1 = l1 * g[0] - g[1], b2 = l2 * g[0] - g[2] - l21 * b1;
         const double y = b2 / d2, x = b1 / d1 - l21 * y, level = -g[0] / s.sums.n - l1 * x - l2 * y;
-        const double slope = g[0] * level + g[1] * x + g[2] * y;
+        const double slope = g[0] * level + g[1] * x + g[2] * y, rounding = 1e-6 * force_ * mean_;
         for (double part = 1;; part *= 0.5) {
             const State next = at({s.u[0] + part * level, s.u[1] + part * x, s.u[2] + part * y});
-            if (next.value <= s.value + 1e-4 * part * slope || part < 1e-5) return next;
+            if (next.value <= s.value + 1e-4 * part * slope + rounding || part < 1e-5) return next;
         }
     }
 
@@ -163,57 +125,63 @@ class Tilts {
     State found_;
 };
 
-// Writes the pressures of a plane, scaled to the push's force.
-void write(Bed& bed, const Plane& p, const Push& push, Rest& rest) {
-    double sum = 0;
-    rest.cells = {bed.width, -1, bed.height, -1};
-    for (int j = 0; j < bed.height; ++j) {
-        const double row = p.level + p.along_y * place(j, bed.height);
-        const size_t first = size_t(j) * size_t(bed.width);
-        for (int i = 0; i < bed.width; ++i) {
-            const double e = double(bed.depth[first + size_t(i)]) + (row + p.along_x * place(i, bed.width));
-            const float pressed = e > 0 ? float(double(bed.share[first + size_t(i)]) * e) : 0.0f;
-            bed.pressure[first + size_t(i)] = pressed;
-            sum += double(pressed);
-            if (!(pressed > 0)) continue;
-            rest.cells = {std::min(rest.cells[0], i), std::max(rest.cells[1], i), std::min(rest.cells[2], j),
-                          std::max(rest.cells[3], j)};
-        }
-    }
-    const double scale = push.force / (sum * push.area);
-    for (float& cell : bed.pressure) cell = float(double(cell) * scale);
-}
-
 } // namespace
 
-void Bed::reserve(size_t cells) {
-    for (auto* depths : {&deep, &outer, &inner}) depths->reserve(cells);
-    depth.reserve(cells), share.reserve(cells), pressure.reserve(cells);
+void Bed::reserve(int columns, int rows) {
+    const size_t cells = size_t((columns + 7) / 8 * 8) * size_t(rows);
+    deep.reserve(cells);
+    for (auto* numbers : {&depth, &share, &pressure}) numbers->reserve(cells);
 }
 
-void Bed::resize(int columns, int rows) {
-    width = columns, height = rows;
-    const size_t cells = size_t(columns) * size_t(rows);
-    for (auto* depths : {&deep, &outer, &inner}) depths->assign(cells, not_below);
-    share.assign(cells, 0.0f);
-    depth.resize(cells);
-    pressure.resize(cells);
+void Bed::resize(int columns, int rows, int first_x, int first_y) {
+    width = columns, height = rows, pitch = size_t((columns + 7) / 8 * 8), left = first_x, top = first_y;
+    const size_t cells = pitch * size_t(rows);
+    deep.assign(cells, not_below);
+    for (auto* numbers : {&depth, &share, &pressure}) numbers->resize(cells);
 }
 
-bool Bed::settle() {
-    deepest = not_below;
-    for (size_t i = 0; i < deep.size(); ++i)
-        if (share[i] > 0) deepest = std::max(deepest, deep[i]);
-    for (size_t i = 0; i < deep.size(); ++i) depth[i] = float(share[i] > 0 ? deep[i] - deepest : 2 * not_below);
-    return deepest > not_below;
+bool Bed::settle(bool shares) {
+    deepest = loops().settle(deep.data(), deep.size(), depth.data(), shares ? share.data() : nullptr);
+    return deepest > 0.5 * not_below;
+}
+
+bool Bed::presses_border() const {
+    for (int x = 0; x < width; ++x)
+        for (const int y : {0, height - 1})
+            if (pressure[size_t(y) * pitch + size_t(x)] > 0) return true;
+    for (int y = 0; y < height; ++y)
+        for (const int x : {0, width - 1})
+            if (pressure[size_t(y) * pitch + size_t(x)] > 0) return true;
+    return false;
+}
+
+double level_of(const Bed& bed, double asked) {
+    // The deepest cell counts at any level above 0. From there Newton's steps lead to a level at which more cells count
+    // than in the end, and fall onto it: the sum is convex in the level, and linear while the same cells count. Every
+    // fourth row gives a first level.
+    double level = asked;
+    for (const int step : {bed.height < 16 ? 1 : 4, 1})
+        for (double before = -1, n, e;;) {
+            const float at = float(level);
+            loops().level(bed.cells(), at, step, &n, &e);
+            if (n == 0) break;
+            level = double(at) + (asked / step - e) / n;
+            if (n == before) break;
+            before = n;
+        }
+    return level;
 }
 
 Rest press(Bed& bed, const Push& push) {
     const double asked = push.force / (push.stiffness * push.area);
-    const double alone = level_of(bed, asked), level = wide_enough(bed, alone, asked);
-    Sums sums = sums_above(bed, {level});
+    double level = level_of(bed, asked);
+    Sums sums = sums_above(bed, {level, 0, 0});
+    if (Spread(sums).least() < least_moment) {
+        level = wide_enough(bed, level, asked);
+        sums = sums_above(bed, {level, 0, 0});
+    }
     Rest rest{.stiffness = push.force / (push.area * sums.e)};
-    Plane plane{level};
+    Plane plane{level, 0, 0};
     const Spread own(sums);
     if (push.centred && std::hypot(push.x - own.x, push.y - own.y) > 1e-3) {
         const Tilts tilts(bed, sums, level, push);
@@ -221,7 +189,7 @@ Rest press(Bed& bed, const Push& push) {
     }
     const Spread got(sums);
     rest.x = got.x, rest.y = got.y, rest.round = got.xx + got.yy;
-    write(bed, plane, push, rest);
+    rest.scale = push.force / (loops().write(bed.cells(), plane, bed.pressure.data()) * push.area);
     return rest;
 }
 

@@ -3,26 +3,37 @@
 // above 0. The level is such that the pressures sum to the force; the tilts bring their centre to the force's.
 #pragma once
 
-#include <array>
-#include <cstddef>
+#include "dermis/contact.hpp"
+#include "host/core/contact/cells.hpp"
+
 #include <vector>
 
 namespace dermis::contact {
 
-// The cells below a body: width*height of them, the first row first.
+// The cells below a body, in rows of `pitch`: those beyond the width belong to no pad. Cell (left, top) is the pad's cell
+// (0, 0).
 struct Bed {
-    int width = 0, height = 0;
-    std::vector<double> deep;     // m, the depths as they are found; not_below: no cell of the patch
-    std::vector<double> outer, inner; // depths of shapes that are larger, and smaller, by half the diagonal of a cell
-    std::vector<float> depth;     // m, relative to the deepest cell's; at most 0
-    std::vector<float> share;     // of each cell the part that the body is below, 0..1
-    std::vector<float> pressure;  // Pa, the answer
-    double deepest = 0;           // m
+    int width = 0, height = 0, left = 0, top = 0;
+    std::size_t pitch = 0;
+    std::vector<double> deep;    // m, the depths as they are found; not_below: no cell of the patch
+    double deepest = not_below;  // m
+    std::vector<float> depth;    // m, relative to the deepest cell's; at most 0
+    std::vector<float> share;    // of each cell the part that the body is below, 0..1
+    std::vector<float> pressure; // the answer: in proportion to the pressure
 
-    void reserve(std::size_t cells);
-    void resize(int columns, int rows);
-    // Fills depth from deep, and returns whether any cell has a share.
-    bool settle();
+    void reserve(int columns, int rows);
+    void resize(int columns, int rows, int left, int top);
+    // Fills depth from deep, and the shares too if asked for, 1 where there is a depth. Returns whether any cell has one.
+    bool settle(bool shares);
+    bool presses_border() const;
+    BedCells cells() const { return {width, height, pitch, depth.data(), share.data()}; }
+    // The number of a pad's cell.
+    std::size_t number(int x, int y) const {
+        return std::size_t(y + top) * pitch + std::size_t(x + left);
+    }
+    // The pad's middle, cells from the bed's.
+    double off_x(const Pad& pad) const { return left + 0.5 * (pad.width - width); }
+    double off_y(const Pad& pad) const { return top + 0.5 * (pad.height - height); }
 };
 
 // What presses the bed. Lengths are in cells, from the middle of the bed.
@@ -39,11 +50,14 @@ struct Rest {
     double x = 0, y = 0;           // the pressure's centre, cells from the middle
     double round = 0;              // the mean square of the distance from it, cells^2
     double stiffness = 0;          // Pa/m: the push's, or less, so that a patch is two cells wide
+    double scale = 0;              // Pa/m: the pressures are by so much greater than what the bed holds
     bool bound = false;            // whether the tilts are held back, so that the centre is not the force's
-    std::array<int, 4> cells = {}; // columns and rows that hold pressures: first and last column, first and last row
 };
 
-// Fills the pressures of the bed, whose sum times area is the force, to rounding.
+// The level at which the excesses of the cells, each by its share, sum to `asked`, m. Some cell has a share.
+double level_of(const Bed&, double asked);
+
+// Fills the pressures of the bed: Rest::scale times them are Pa, and sum to the force over the area, to rounding.
 Rest press(Bed&, const Push&);
 
 } // namespace dermis::contact

@@ -88,15 +88,15 @@ void need_arrays(const Shapes& s) {
     need_memory("shapes.rotation", bool(s.rotation));
 }
 
-void need_number(const std::string& name, int number, int least, int most) {
-    if (number < least || number > most)
-        scene::refuse(name, std::to_string(number), std::to_string(least) + ".." + std::to_string(most));
+[[noreturn]] void refuse_number(const char* list, size_t i, int number, int least, int most) {
+    scene::refuse(list + ("[" + std::to_string(i) + "]"), std::to_string(number),
+                  std::to_string(least) + ".." + std::to_string(most));
 }
 
 // Throws Error::bad_input where a number of contact i is not allowed.
 void need_contact(const Listed& c, size_t i, int pads, bool has_radius, bool has_ball) {
-    if (c.pad < 0 || c.pad >= pads) need_number("contacts.pad[" + std::to_string(i) + "]", c.pad, 0, pads - 1);
-    if (c.body < -1) need_number("contacts.body[" + std::to_string(i) + "]", c.body, -1, INT_MAX);
+    if (c.pad < 0 || c.pad >= pads) refuse_number("contacts.pad", i, c.pad, 0, pads - 1);
+    if (c.body < -1) refuse_number("contacts.body", i, c.body, -1, INT_MAX);
     const auto &place = c.contact.position, &force = c.contact.direction;
     if (!is_within(place, greatest_length)) refuse_contact(i, "position", place.data(), 3, "-1e6..1e6");
     if (!is_within(force, 1e12)) refuse_contact(i, "force", force.data(), 3, "-1e12..1e12");
@@ -185,13 +185,12 @@ void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
     shapes.items.reserve(s.count);
     for (size_t i = 0; i < s.count; ++i) {
         const Shaped own = copied(s, i);
-        const std::string at = "[" + std::to_string(i) + "]";
-        need_number("shapes.pad" + at, own.pad, 0, count - 1);
-        need_number("shapes.body" + at, own.body, 0, INT_MAX);
-        check(own.shape, "shapes" + at);
+        if (own.pad < 0 || own.pad >= count) refuse_number("shapes.pad", i, own.pad, 0, count - 1);
+        if (own.body < 0) refuse_number("shapes.body", i, own.body, 0, INT_MAX);
+        check(own.shape, "shapes", int(i));
         shapes.items.push_back(own);
     }
-    bed.reserve(size_t(shape.width + around[0] + around[1]) * size_t(shape.height + around[2] + around[3]));
+    bed.reserve(shape.width + around[0] + around[1], shape.height + around[2] + around[3]);
 }
 
 // Takes the pressures and reports of the last call away.

@@ -31,6 +31,24 @@ struct Laid {
     Lines lines;
 };
 
+// Cells of a pad, or around it.
+struct Region {
+    CellSpan columns, rows;
+
+    bool empty() const { return columns.first > columns.last || rows.first > rows.last; }
+    void add(int x, int y) {
+        columns = {std::min(columns.first, x), std::max(columns.last, x)};
+        rows = {std::min(rows.first, y), std::max(rows.last, y)};
+    }
+    Region grown(const Region& all) const {
+        return {common({columns.first - 1, columns.last + 1}, all.columns),
+                common({rows.first - 1, rows.last + 1}, all.rows)};
+    }
+    CellBlock block(size_t pitch) const {
+        return {columns.first, rows.first, columns.last - columns.first + 1, rows.last - rows.first + 1, pitch};
+    }
+};
+
 // Items of the last call, by the pads that they belong to; those of a pad by their bodies, then in the caller's order.
 template <class Item> struct ByPad {
     std::vector<Item> items;
@@ -68,7 +86,10 @@ struct Touch::Impl {
     ContactReport pressed_by(int number, double modulus);
     ContactReport press_by_patches(int number, double modulus);
     bool press_by_shape(int number, std::span<const Listed* const>, ContactReport&);
-    bool lay(int number, int body, bool goes_on);
+    bool lay(int number, int body, bool goes_on, double asked);
+    bool lay_outlines(const Region& all, double least);
+    void share_out(int x, int y);
+    ContactReport add_bed(int number, const Rest&, const Wrench&);
     Pad pad(int number);
     void grow(int number, const CellSpan& columns, const CellSpan& rows);
 
@@ -88,6 +109,8 @@ struct Touch::Impl {
     ByPad<Shaped> shapes;
     std::vector<const Listed*> patches; // contacts of a pad that press by patches
     std::vector<Laid> laid;             // the shapes of the body that is being laid below a pad
+    std::vector<std::array<int, 2>> edges; // cells through which their outlines run
+    std::vector<double> outer, inner;      // depths of the shapes with their faces moved out- and inwards
     Bed bed;                            // room for the cells of a pad and around it, where there are shapes
 };
 

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+// The loops of one instruction set. Everything here has internal linkage, and nothing of the standard library is called:
+// code for one processor must never be shared with code for all.
+#include "host/core/contact/cells.hpp"
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+namespace dermis::contact {
+namespace {
+
+// Four lines at once.
+typedef double Four __attribute__((vector_size(32)));
+using Mask4 = decltype(Four{} < Four{});
+inline Four all(double x) { return x - Four{}; } // x in every lane: -0 - 0 is -0
+inline Four lesser(Four a, Four b) { return b < a ? b : a; }
+inline Four greater(Four a, Four b) { return a < b ? b : a; }
+inline Four size_of(Four a) { return a < 0 ? -a : a; }
+inline Four root(Four a) {
+#ifdef __AVX__
+    return (Four)_mm256_sqrt_pd((__m256d)a);
+#else
+    return Four{__builtin_sqrt(a[0]), __builtin_sqrt(a[1]), __builtin_sqrt(a[2]), __builtin_sqrt(a[3])};
+#endif
+}
+
+constexpr double infinite = 1.7976931348623157e308;
+constexpr double parallel = 1e-12; // the sine of an angle below which a line runs along a face
+
+// The places from + t*along of a line that are in a body: near <= t <= far; none if near > far.
+struct Stretch {
+    Four near, far;
+};
+inline Stretch chosen(Mask4 first, Stretch a, Stretch b) { return {first ? a.near : b.near, first ? a.far : b.far}; }
+inline Stretch both(Stretch a, Stretch b) { return {greater(a.near, b.near), lesser(a.far, b.far)}; }
+inline Stretch nowhere() { return {all(infinite), all(-infinite)}; }
+inline Stretch everywhere() { return {all(-infinite), all(infinite)}; }
+
+struct Vec {
+    Four x, y, z;
+};
+inline Four product(Vec a, Vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// Where a*t^2 + 2*b*t + c <= 0, of a > 0.
+inline Stretch within_quadric(Four a, Four b, Four c) {
+    const Four under = b * b - a * c, half = root(under < 0 ? Four{} : under), scale = 1 / a;
+    return chosen(under >= 0, {(-b - half) * scale, (-b + half) * scale}, nowhere());
+}
+
+// Between two faces across an axis, `half` from the body's middle.
+inline Stretch within_slab(Four from, Four along, double half) {
+    const Mask4 runs = size_of(along) < parallel;
+    const Four scale = 1 / (runs ? all(1) : along), one = (-half - from) * scale, other = (half - from) * scale;
+    return chosen(runs, chosen(size_of(from) <= half, everywhere(), nowhere()),
+                  {lesser(one, other), greater(one, other)});
+}
+
+// In a ball around the origin. The direction has length 1.
+inline Stretch within_ball(Vec from, Vec along, double radius) {
+    return within_quadric(all(1), product(from, along), product(from, from) - radius * radius);
+}
+
+// In a cylinder along z without ends.
+inline Stretch within_tube(Vec from, Vec along, double radius) {
+    const Four a = along.x * along.x + along.y * along.y, c = from.x * from.x + from.y * from.y - radius * radius;
+    const Mask4 runs = a < parallel;
+    return chosen(runs, chosen(c <= 0, everywhere(), nowhere()),
+                  within_quadric(runs ? all(1) : a, from.x * along.x + from.y * along.y, c));
+}
+
+// Where a line is in a body of each kind, by Body::Kind.
+template <int kind> Stretch within(const double* size, Vec from, Vec along);
+
+template <> inline Stretch within<0>(const double* size, Vec from, Vec along) { // sphere
+    return within_ball(from, along, size[0]);
+}
+
+// A capsule: the far end alone counts, where the line leaves a ball or the side of the cylinder between them.
+template <> inline Stretch within<1>(const double* size, Vec from, Vec along) {
+    const Stretch side = within_tube(from, along, size[0]);
+    const Mask4 meets = (size_of(from.z + side.far * along.z) <= size[1]) & (side.far < infinite);
+    const Stretch low = within_ball({from.x, from.y, from.z + size[1]}, along, size[0]),
+                  high = within_ball({from.x, from.y, from.z - size[1]}, along, size[0]),
+                  found = chosen(meets, side, nowhere());
+    return {lesser(found.near, lesser(low.near, high.near)), greater(found.far, greater(low.far, high.far))};
+}
+
+template <> inline Stretch within<2>(const double* size, Vec from, Vec along) { // box
+    return both(both(within_slab(from.x, along.x, size[0]), within_slab(from.y, along.y, size[1])),
+                within_slab(from.z, along.z, size[2]));
+}
+
+// A plane: a line along it, or out of it, is in no part of it that has an end.
+template <> inline Stretch within<3>(const double*, Vec from, Vec along) {
+    const Mask4 ends = along.z > parallel;
+    return chosen(ends, {all(-infinite), -from.z / (ends ? along.z : all(1))}, nowhere());
+}
+
+template <> inline Stretch within<4>(const double* size, Vec from, Vec along) { // cylinder
+    return both(within_tube(from, along, size[0]), within_slab(from.z, along.z, size[1]));
+}
+
+template <> inline Stretch within<5>(const double* size, Vec from, Vec along) { // ellipsoid
+    const double a = 1 / size[0], b = 1 / size[1], c = 1 / size[2];
+    const Vec p = {from.x * a, from.y * b, from.z * c}, d = {along.x * a, along.y * b, along.z * c};
+    return within_quadric(product(d, d), product(p, d), product(p, p) - 1);
+}
+
+// depth[0 .. n - 1]: the greater of what they hold and the ends of the lines.
+template <int kind>
+inline void deepen_four(const double* size, Vec from, Vec along, double deepest, double* depth, int n) {
+    const Stretch s = within<kind>(size, from, along);
+    const Four end = (s.near > s.far) | (s.far > deepest) ? all(not_below) : s.far;
+    Four held = end;
+    if (n == 4) __builtin_memcpy(&held, depth, sizeof held);
+    else __builtin_memcpy(&held, depth, size_t(n) * sizeof(double));
+    const Four now = greater(held, end);
+    if (n == 4) __builtin_memcpy(depth, &now, sizeof now);
+    else __builtin_memcpy(depth, &now, size_t(n) * sizeof(double));
+}
+
+inline Vec vec(const double* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
+inline Vec stepped(Vec o, Four x, Vec step) { return {o.x + x * step.x, o.y + x * step.y, o.z + x * step.z}; }
+
+template <int kind> void deepen_by(const double* size, const LineRow& l, const Places& places, double* depth) {
+    const double own[3] = {size[0], size[1], size[2]};
+    for (int i = 0; i < places.count; i += 4) {
+        const auto four = [i](const double* from) { // a Places has room for whole fours
+            Four x;
+            __builtin_memcpy(&x, from + i, sizeof x);
+            return x;
+        };
+        const int n = places.count - i < 4 ? places.count - i : 4;
+        if (l.flat) {
+            const Vec row = stepped(vec(l.origin), four(places.y), vec(l.step_y));
+            deepen_four<kind>(own, stepped(row, four(places.x), vec(l.step_x)), vec(l.down), l.deepest, depth + i, n);
+        } else {
+            const Vec from = {four(l.from[0]), four(l.from[1]), four(l.from[2])},
+                      along = {four(l.along[0]), four(l.along[1]), four(l.along[2])};
+            deepen_four<kind>(own, from, along, l.deepest, depth + i, n);
+        }
+    }
+}
+
+template <int kind> void deepen_block_by(const double* size, const LineRow& l, const CellBlock& b, double* depth) {
+    const double own[3] = {size[0], size[1], size[2]}, deepest = l.deepest;
+    const Vec origin = vec(l.origin), step_x = vec(l.step_x), step_y = vec(l.step_y), down = vec(l.down);
+    for (int j = 0; j < b.rows; ++j) {
+        const Vec row = stepped(origin, all(b.y + j), step_y);
+        double* to = depth + size_t(j) * b.pitch;
+        int i = 0;
+        for (; i + 4 <= b.columns; i += 4)
+            deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + double(b.x + i), step_x), down, deepest, to + i, 4);
+        if (i < b.columns)
+            deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + double(b.x + i), step_x), down, deepest, to + i,
+                              b.columns - i);
+    }
+}
+
+void deepen(int kind, const double* size, const LineRow& lines, const Places& places, double* depth) {
+    constexpr decltype(&deepen_by<0>) by[] = {deepen_by<0>, deepen_by<1>, deepen_by<2>,
+                                              deepen_by<3>, deepen_by<4>, deepen_by<5>};
+    by[kind](size, lines, places, depth);
+}
+
+void deepen_block(int kind, const double* size, const LineRow& lines, const CellBlock& block, double* depth) {
+    constexpr decltype(&deepen_block_by<0>) by[] = {deepen_block_by<0>, deepen_block_by<1>, deepen_block_by<2>,
+                                                    deepen_block_by<3>, deepen_block_by<4>, deepen_block_by<5>};
+    by[kind](size, lines, block, depth);
+}
+
+// Eight cells of a row.
+constexpr int lanes = 8;
+typedef float Eight __attribute__((vector_size(4 * lanes)));
+using Mask8 = decltype(Eight{} < Eight{});
+
+inline Eight loaded(const float* from) {
+    Eight x;
+    __builtin_memcpy(&x, from, sizeof x);
+    return x;
+}
+inline void store(float* to, Eight x) { __builtin_memcpy(to, &x, sizeof x); }
+inline Eight where(Mask8 m, Eight x) { return m ? x : Eight{}; }
+inline double total(Eight v) {
+    const Eight pairs = v + __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3),
+                fours = pairs + __builtin_shufflevector(pairs, pairs, 2, 3, 0, 1, 6, 7, 4, 5);
+    return double(fours[0] + fours[1]);
+}
+// A sum of many floats, in doubles.
+struct Long {
+    Four low{}, high{};
+    void add(Eight x) {
+        low += __builtin_convertvector(__builtin_shufflevector(x, x, 0, 1, 2, 3), Four);
+        high += __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), Four);
+    }
+    double total() const {
+        const Four fours = low + high;
+        return fours[0] + fours[2] + (fours[1] + fours[3]);
+    }
+};
+inline Eight counted(float first) { return Eight{0, 1, 2, 3, 4, 5, 6, 7} + first; }
+inline int lesser(int a, int b) { return b < a ? b : a; }
+
+double settle(const double* deep, size_t count, float* depth, float* share) {
+    Four most = all(not_below);
+    for (size_t i = 0; i < count; i += 4) {
+        Four d;
+        __builtin_memcpy(&d, deep + i, sizeof d);
+        most = greater(most, d);
+    }
+    double deepest = most[0];
+    for (int l = 1; l < 4; ++l) deepest = most[l] > deepest ? most[l] : deepest;
+    for (size_t i = 0; i < count; i += 4) {
+        typedef float Floats __attribute__((vector_size(16)));
+        Four d;
+        __builtin_memcpy(&d, deep + i, sizeof d);
+        const Floats relative = __builtin_convertvector(d - deepest, Floats),
+                     all = __builtin_convertvector(d > 0.5 * not_below ? Four{1, 1, 1, 1} : Four{}, Floats);
+        __builtin_memcpy(depth + i, &relative, sizeof relative);
+        if (share) __builtin_memcpy(share + i, &all, sizeof all);
+    }
+    return deepest;
+}
+
+// Calls each(first column, first row, end of columns, end of rows) for squares of cells, of which sums are floats.
+template <class Each> inline void each_square(int width, int height, const Each& each) {
+    constexpr int side = 64;
+    for (int top = 0; top < height; top += side)
+        for (int left = 0; left < width; left += side) each(left, top, lesser(left + side, width), lesser(top + side, height));
+}
+
+void level(const BedCells& bed, float level, int step, double* n, double* e) {
+    double counts = 0, excesses = 0;
+    each_square(bed.width, bed.height, [&](int left, int top, int right, int bottom) {
+        Eight count{}, sum{};
+        for (int j = top; j < bottom; j += step)
+            for (int i = left; i < right; i += lanes) {
+                const size_t at = size_t(j) * bed.pitch + size_t(i);
+                const Eight d = loaded(bed.depth + at) + level, w = where(d > 0, loaded(bed.share + at));
+                count += w, sum += w * d;
+            }
+        counts += total(count), excesses += total(sum);
+    });
+    *n = counts, *e = excesses;
+}
+
+void sums(const BedCells& bed, const Plane& p, Sums* all) {
+    Sums s{};
+    const float left_x = float(0.5 - 0.5 * bed.width), top_y = float(0.5 - 0.5 * bed.height);
+    const float along_x = float(p.along_x), along_y = float(p.along_y), height = float(p.level);
+    each_square(bed.width, bed.height, [&](int left, int top, int right, int bottom) {
+        Eight n{}, nx{}, ny{}, nxx{}, nxy{}, nyy{}, e{}, ex{}, ey{}, exx{}, exy{}, eyy{}, ee{};
+        for (int i = left; i < right; i += lanes) {
+            const Eight x = counted(left_x + float(i)), row = height + along_x * x;
+            Eight cn{}, cy{}, ce{}, cey{};
+            for (int j = top; j < bottom; ++j) {
+                const size_t at = size_t(j) * bed.pitch + size_t(i);
+                const float y = top_y + float(j);
+                const Eight d = loaded(bed.depth + at) + (row + along_y * y);
+                const Eight w = where(d > 0, loaded(bed.share + at)), q = w * d, wy = w * y, qy = q * y;
+                cn += w, cy += wy, nyy += wy * y;
+                ce += q, cey += qy, eyy += qy * y, ee += q * d;
+            }
+            n += cn, nx += cn * x, nxx += cn * x * x, ny += cy, nxy += cy * x;
+            e += ce, ex += ce * x, exx += ce * x * x, ey += cey, exy += cey * x;
+        }
+        s.n += total(n), s.x += total(nx), s.y += total(ny);
+        s.xx += total(nxx), s.xy += total(nxy), s.yy += total(nyy);
+        s.e += total(e), s.ex += total(ex), s.ey += total(ey);
+        s.exx += total(exx), s.exy += total(exy), s.eyy += total(eyy), s.ee += total(ee);
+    });
+    *all = s;
+}
+
+double write(const BedCells& bed, const Plane& p, float* excess) {
+    Long sum;
+    const float left_x = float(0.5 - 0.5 * bed.width), top_y = float(0.5 - 0.5 * bed.height);
+    const float along_x = float(p.along_x), along_y = float(p.along_y), height = float(p.level);
+    each_square(bed.width, bed.height, [&](int left, int top, int right, int bottom) {
+        for (int i = left; i < right; i += lanes) {
+            const Eight row = height + along_x * counted(left_x + float(i));
+            Eight all{};
+            for (int j = top; j < bottom; ++j) {
+                const size_t at = size_t(j) * bed.pitch + size_t(i);
+                const Eight d = loaded(bed.depth + at) + (row + along_y * (top_y + float(j)));
+                const Eight e = where(d > 0, loaded(bed.share + at) * d);
+                all += e;
+                store(excess + at, e);
+            }
+            sum.add(all);
+        }
+    });
+    return sum.total();
+}
+
+inline Eight part_of(const float* from, int n) {
+    if (n == lanes) return loaded(from);
+    Eight x{};
+    __builtin_memcpy(&x, from, size_t(n) * sizeof(float));
+    return x;
+}
+inline void put(float* to, Eight x, int n) {
+    if (n == lanes) store(to, x);
+    else __builtin_memcpy(to, &x, size_t(n) * sizeof(float));
+}
+
+Gained add(const AddedRows& r) {
+    Gained g{.left = r.width, .right = -1, .top = r.height, .bottom = -1};
+    Long all, all_x, all_y, all_placed;
+    Eight greatest{}, cells{}, low = Eight{} + float(r.width), high = Eight{} - 1;
+    each_square(r.width, r.height, [&](int left, int top, int right, int bottom) {
+        for (int j = top; j < bottom; ++j) {
+            Mask8 any{};
+            Eight pressed{}, px{}, placed{};
+            for (int i = left; i < right; i += lanes) {
+                const int n = lesser(right - i, lanes);
+                const size_t at = size_t(j) * r.pitch + size_t(i);
+                const Eight x = counted(float(i)),
+                            p = part_of(r.pressure + size_t(j) * r.bed_pitch + size_t(i), n) * r.scale,
+                            before = part_of(r.to + at, n), after = before + p;
+                put(r.to + at, after, n);
+                pressed += p, px += p * x, placed += after - before;
+                const Mask8 here = p > 0;
+                any |= here;
+                greatest = here & (after > greatest) ? after : greatest;
+                cells += where(here & (before == 0) & (after != 0), Eight{1, 1, 1, 1, 1, 1, 1, 1});
+                low = here & (x < low) ? x : low, high = here & (x > high) ? x : high;
+                if (r.shear_x) put(r.shear_x + at, part_of(r.shear_x + at, n) + p * (r.drag_x - r.twist * float(j)), n);
+                if (r.shear_y) put(r.shear_y + at, part_of(r.shear_y + at, n) + p * (r.drag_y + r.twist * x), n);
+            }
+            all.add(pressed), all_x.add(px), all_y.add(pressed * float(j)), all_placed.add(placed);
+            int some = 0;
+            for (int l = 0; l < lanes; ++l) some |= any[l];
+            if (some) g.top = lesser(g.top, j), g.bottom = j > g.bottom ? j : g.bottom;
+        }
+    });
+    g.pressed = all.total(), g.x = all_x.total(), g.y = all_y.total(), g.placed = all_placed.total();
+    for (int l = 0; l < lanes; ++l) {
+        g.greatest = greatest[l] > g.greatest ? greatest[l] : g.greatest;
+        g.left = lesser(g.left, int(low[l]));
+        g.right = int(high[l]) > g.right ? int(high[l]) : g.right;
+        g.cells += int(cells[l]);
+    }
+    return g;
+}
+
+} // namespace
+
+extern const CellLoops DERMIS_LOOPS;
+const CellLoops DERMIS_LOOPS = {deepen, deepen_block, settle, level, sums, write, add};
+
+} // namespace dermis::contact
