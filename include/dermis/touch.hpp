@@ -52,12 +52,12 @@ struct Shapes {
     std::size_t pad_step = 1, body_step = 1, kind_step = 1, size_step = 3, position_step = 3, rotation_step = 9;
 };
 
-// How bodies press: as on an elastic foundation, a layer of springs side by side. The contacts of a body give the force,
-// its centre, and the force and the torsion along the surface; its shapes give the profile. The pressure of a cell is
-// stiffness*(depth + level), where that is above 0; by the level the pressures sum to the force, and the depth to which
-// the solver lets bodies sink in does not matter. Tilts bring the centre of pressure to that of the contacts, unless it
-// is so near a border that the patch would shrink to a line. Contacts count whose force is within 60 degrees of the
-// pad's normal. Patches less than about two cells wide are made so, by a lower stiffness.
+// How bodies press: as on an elastic foundation, a layer of springs side by side. The contacts of a body give the
+// force, its centre, and the force and the torsion along the surface; its shapes give the profile. The pressure of a
+// cell is stiffness*(depth + level), where that is above 0; by the level the pressures sum to the force, and the depth
+// to which the solver lets bodies sink in does not matter. Tilts bring the centre of pressure to that of the contacts,
+// unless it is so near a border that the patch would shrink to a line. Contacts count whose force is within 60 degrees
+// of the pad's normal. Patches less than about two cells wide are made so, by a lower stiffness.
 struct Source {
     double stiffness = 0; // Pa/m, 1e-6..1e30: of the skin's own, contact::skin_stiffness(). 0 where there are no shapes
     // m of the finger's surface beyond the pad's borders x = 0, x = width*spacing, y = 0 and y = height*spacing: it

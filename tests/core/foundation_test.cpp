@@ -15,7 +15,7 @@ constexpr double stiffness = 5e7; // Pa/m
 // A flat pad in the world's frame whose middle is the origin, and what it is pressed by.
 struct Grip {
     explicit Grip(int width, int height, double spacing, const Source& by = {stiffness}, double radius = 0,
-                   bool shear = false)
+                  bool shear = false)
         : touch({.width = width, .height = height, .spacing = spacing, .radius_x = radius, .radius_y = radius}, 1, 1e-3,
                 shear, by) {}
 
@@ -32,10 +32,18 @@ struct Grip {
         forces.insert(forces.end(), force.begin(), force.end());
     }
     const ContactReport& press() {
-        const Contacts c{.count = on.size(), .pad = on.data(), .position = points.data(), .force = forces.data(),
+        const Contacts c{.count = on.size(),
+                         .pad = on.data(),
+                         .position = points.data(),
+                         .force = forces.data(),
                          .body = named.data()};
-        const Shapes s{.count = kinds.size(), .pad = pads.data(), .body = bodies.data(), .kind = kinds.data(),
-                       .size = sizes.data(), .position = places.data(), .rotation = turns.data()};
+        const Shapes s{.count = kinds.size(),
+                       .pad = pads.data(),
+                       .body = bodies.data(),
+                       .kind = kinds.data(),
+                       .size = sizes.data(),
+                       .position = places.data(),
+                       .rotation = turns.data()};
         return touch.add({origin.data(), upright.data()}, c, s);
     }
     double of(int x, int y) const { return touch.pressure()[y * touch.shape().width + x]; }
@@ -53,7 +61,8 @@ struct Grip {
         return {x / sum * p.spacing, y / sum * p.spacing, sum * p.spacing * p.spacing};
     }
 
-    static constexpr std::array<double, 9> upright = {1, 0, 0, 0, 1, 0, 0, 0, 1}, along_y = {1, 0, 0, 0, 0, 1, 0, -1, 0};
+    static constexpr std::array<double, 9> upright = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+                                           along_y = {1, 0, 0, 0, 0, 1, 0, -1, 0};
     static constexpr Vector origin = {0, 0, 0};
     Touch touch;
     std::vector<int32_t> kinds, bodies, pads, named, on;
@@ -62,7 +71,8 @@ struct Grip {
 
 } // namespace
 
-TEST_CASE("A ball presses the patch of an elastic foundation, wherever in a cell it is: F = pi*k*R*d^2, peak 2F/(pi*a^2)") {
+TEST_CASE(
+    "A ball presses the patch of an elastic foundation, wherever in a cell it is: F = pi*k*R*d^2, peak 2F/(pi*a^2)") {
     Random random;
     const double radius = 8e-3;
     for (const int n : {3, 6}) // cells of the patch's radius
@@ -95,7 +105,8 @@ TEST_CASE("A cylinder presses a strip: half width b^3 = 3*R*F/(2*k*L), peak 3*F/
         }
 }
 
-TEST_CASE("A face whose force is off its middle has a linear pressure up to a sixth of its side, and less shift beyond") {
+TEST_CASE(
+    "A face whose force is off its middle has a linear pressure up to a sixth of its side, and less shift beyond") {
     const int n = 16;
     const double spacing = 1.5e-3, side = n * spacing, force = 6;
     for (const double s : {0.0, 0.05, 0.1, 1.0 / 6}) {

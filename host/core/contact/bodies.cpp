@@ -4,6 +4,7 @@
 
 #include "host/core/base/float_environment.hpp"
 
+#include <numbers>
 
 namespace dermis::contact {
 namespace {
@@ -110,6 +111,14 @@ Lines::Lines(const Pad& pad, const Pose& from, const Pose& to) : pad_(pad) {
         lines_.step_x[k] = rows_[k][0] * pad.spacing, lines_.step_y[k] = rows_[k][1] * pad.spacing;
         lines_.down[k] = -rows_[k][2];
     }
+}
+
+Vector Lines::half_cell() const {
+    Vector half;
+    for (size_t k = 0; k < 3; ++k)
+        half[k] =
+            0.5 * pad_.spacing * (lines_.flat ? std::abs(rows_[k][0]) + std::abs(rows_[k][1]) : std::numbers::sqrt2);
+    return half;
 }
 
 void Lines::fill(const Places& places) {

@@ -18,6 +18,9 @@ class Lines {
     void deepen(const Body&, const Places&, double* depth);
     void deepen(const Body&, const CellBlock&, double* depth); // of a block of cells
 
+    // How far a cell extends from its centre along the body's axes, m; of a round pad at most.
+    Vector half_cell() const;
+
   private:
     void fill(const Places&);
     Vector vector(const Vector& v) const { return {dot(rows_[0], v), dot(rows_[1], v), dot(rows_[2], v)}; }

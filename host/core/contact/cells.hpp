@@ -20,7 +20,7 @@ struct Places {
 
 // The lines from places along the surface's inward normals, in the frame of a body: from + t*along, |along| = 1.
 struct LineRow {
-    bool flat;                                      // whether the lines are parallel: the next four hold
+    bool flat;                                       // whether the lines are parallel: the next four hold
     double origin[3], step_x[3], step_y[3], down[3]; // from = origin + x*step_x + y*step_y, along = down
     double from[3][Places::most], along[3][Places::most];
     double deepest; // m: what is deeper counts as if it were not there
@@ -59,9 +59,9 @@ struct AddedRows {
     float *to, *shear_x, *shear_y; // shear: null without
     float drag_x, drag_y, twist;
 };
-// What the rows have got: the sums of pressures, of them times x and y, and of what the pad's floats have gained by them,
-// Pa; the greatest pressure that a pressed cell holds then, the number of cells that held 0 before, and the first and
-// the last column and row that are pressed.
+// What the rows have got: the sums of pressures, of them times x and y, and of what the pad's floats have gained by
+// them, Pa; the greatest pressure that a pressed cell holds then, the number of cells that held 0 before, and the first
+// and the last column and row that are pressed.
 struct Gained {
     double pressed, x, y, placed;
     float greatest;
@@ -74,8 +74,8 @@ struct CellLoops {
     void (*deepen)(int kind, const double* size, const LineRow&, const Places&, double* depth);
     // The same of a block of cells, where lines are parallel; depth: of its first cell.
     void (*deepen_block)(int kind, const double* size, const LineRow&, const CellBlock&, double* depth);
-    // Writes depths relative to the greatest one, and shares, 1 where there is a depth, unless `share` is null. count: a
-    // multiple of 8. Returns the greatest depth.
+    // Writes depths relative to the greatest one, and shares, 1 where there is a depth, unless `share` is null. count:
+    // a multiple of 8. Returns the greatest depth.
     double (*settle)(const double* deep, std::size_t count, float* depth, float* share);
     // The sums n and e of every step-th row.
     void (*level)(const BedCells&, float level, int step, double* n, double* e);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The loops of one instruction set. Everything here has internal linkage, and nothing of the standard library is called:
-// code for one processor must never be shared with code for all.
+// The loops of one instruction set. Everything here has internal linkage, and nothing of the standard library is
+// called: code for one processor must never be shared with code for all.
 #include "host/core/contact/cells.hpp"
 
 #ifdef __AVX__
@@ -16,7 +16,7 @@ using Mask4 = decltype(Four{} < Four{});
 inline Four all(double x) { return x - Four{}; } // x in every lane: -0 - 0 is -0
 inline Four lesser(Four a, Four b) { return b < a ? b : a; }
 inline Four greater(Four a, Four b) { return a < b ? b : a; }
-inline Four size_of(Four a) { return a < 0 ? -a : a; }
+inline Four size_of(Four a) { return (Four)((Mask4)a & ~(Mask4)all(-0.0)); }
 inline Four root(Four a) {
 #ifdef __AVX__
     return (Four)_mm256_sqrt_pd((__m256d)a);
@@ -25,17 +25,14 @@ inline Four root(Four a) {
 #endif
 }
 
-constexpr double infinite = 1.7976931348623157e308;
+constexpr double infinite = __builtin_inf();
 constexpr double parallel = 1e-12; // the sine of an angle below which a line runs along a face
 
 // The places from + t*along of a line that are in a body: near <= t <= far; none if near > far.
 struct Stretch {
     Four near, far;
 };
-inline Stretch chosen(Mask4 first, Stretch a, Stretch b) { return {first ? a.near : b.near, first ? a.far : b.far}; }
 inline Stretch both(Stretch a, Stretch b) { return {greater(a.near, b.near), lesser(a.far, b.far)}; }
-inline Stretch nowhere() { return {all(infinite), all(-infinite)}; }
-inline Stretch everywhere() { return {all(-infinite), all(infinite)}; }
 
 struct Vec {
     Four x, y, z;
@@ -44,16 +41,16 @@ inline Four product(Vec a, Vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 // Where a*t^2 + 2*b*t + c <= 0, of a > 0.
 inline Stretch within_quadric(Four a, Four b, Four c) {
-    const Four under = b * b - a * c, half = root(under < 0 ? Four{} : under), scale = 1 / a;
-    return chosen(under >= 0, {(-b - half) * scale, (-b + half) * scale}, nowhere());
+    const Four under = b * b - a * c, half = under < 0 ? all(-infinite) : root(greater(under, Four{})), scale = 1 / a;
+    return {(-b - half) * scale, (-b + half) * scale};
 }
 
-// Between two faces across an axis, `half` from the body's middle.
+// Between two faces across an axis, `half` from the body's middle. A line that runs along them is taken to meet them
+// very far away.
 inline Stretch within_slab(Four from, Four along, double half) {
-    const Mask4 runs = size_of(along) < parallel;
-    const Four scale = 1 / (runs ? all(1) : along), one = (-half - from) * scale, other = (half - from) * scale;
-    return chosen(runs, chosen(size_of(from) <= half, everywhere(), nowhere()),
-                  {lesser(one, other), greater(one, other)});
+    const Four scale = 1 / (size_of(along) < parallel ? all(parallel) : along), one = (-half - from) * scale,
+               other = (half - from) * scale;
+    return {lesser(one, other), greater(one, other)};
 }
 
 // In a ball around the origin. The direction has length 1.
@@ -64,9 +61,7 @@ inline Stretch within_ball(Vec from, Vec along, double radius) {
 // In a cylinder along z without ends.
 inline Stretch within_tube(Vec from, Vec along, double radius) {
     const Four a = along.x * along.x + along.y * along.y, c = from.x * from.x + from.y * from.y - radius * radius;
-    const Mask4 runs = a < parallel;
-    return chosen(runs, chosen(c <= 0, everywhere(), nowhere()),
-                  within_quadric(runs ? all(1) : a, from.x * along.x + from.y * along.y, c));
+    return within_quadric(greater(a, all(parallel * parallel)), from.x * along.x + from.y * along.y, c);
 }
 
 // Where a line is in a body of each kind, by Body::Kind.
@@ -79,11 +74,11 @@ template <> inline Stretch within<0>(const double* size, Vec from, Vec along) { 
 // A capsule: the far end alone counts, where the line leaves a ball or the side of the cylinder between them.
 template <> inline Stretch within<1>(const double* size, Vec from, Vec along) {
     const Stretch side = within_tube(from, along, size[0]);
-    const Mask4 meets = (size_of(from.z + side.far * along.z) <= size[1]) & (side.far < infinite);
+    const Mask4 meets = size_of(from.z + side.far * along.z) <= size[1];
     const Stretch low = within_ball({from.x, from.y, from.z + size[1]}, along, size[0]),
-                  high = within_ball({from.x, from.y, from.z - size[1]}, along, size[0]),
-                  found = chosen(meets, side, nowhere());
-    return {lesser(found.near, lesser(low.near, high.near)), greater(found.far, greater(low.far, high.far))};
+                  high = within_ball({from.x, from.y, from.z - size[1]}, along, size[0]);
+    return {lesser(meets ? side.near : all(infinite), lesser(low.near, high.near)),
+            greater(meets ? side.far : all(-infinite), greater(low.far, high.far))};
 }
 
 template <> inline Stretch within<2>(const double* size, Vec from, Vec along) { // box
@@ -94,7 +89,8 @@ template <> inline Stretch within<2>(const double* size, Vec from, Vec along) { 
 // A plane: a line along it, or out of it, is in no part of it that has an end.
 template <> inline Stretch within<3>(const double*, Vec from, Vec along) {
     const Mask4 ends = along.z > parallel;
-    return chosen(ends, {all(-infinite), -from.z / (ends ? along.z : all(1))}, nowhere());
+    const Four scale = 1 / (ends ? along.z : all(1));
+    return {all(-infinite), ends ? -from.z * scale : all(-infinite)};
 }
 
 template <> inline Stretch within<4>(const double* size, Vec from, Vec along) { // cylinder
@@ -111,7 +107,8 @@ template <> inline Stretch within<5>(const double* size, Vec from, Vec along) { 
 template <int kind>
 inline void deepen_four(const double* size, Vec from, Vec along, double deepest, double* depth, int n) {
     const Stretch s = within<kind>(size, from, along);
-    const Four end = (s.near > s.far) | (s.far > deepest) ? all(not_below) : s.far;
+    // A line beside the body has no near <= far, and minus infinity may be both.
+    const Four end = (s.near <= s.far) & (s.far <= deepest) & (s.far >= -deepest) ? s.far : all(not_below);
     Four held = end;
     if (n == 4) __builtin_memcpy(&held, depth, sizeof held);
     else __builtin_memcpy(&held, depth, size_t(n) * sizeof(double));
@@ -227,7 +224,8 @@ double settle(const double* deep, size_t count, float* depth, float* share) {
 template <class Each> inline void each_square(int width, int height, const Each& each) {
     constexpr int side = 64;
     for (int top = 0; top < height; top += side)
-        for (int left = 0; left < width; left += side) each(left, top, lesser(left + side, width), lesser(top + side, height));
+        for (int left = 0; left < width; left += side)
+            each(left, top, lesser(left + side, width), lesser(top + side, height));
 }
 
 void level(const BedCells& bed, float level, int step, double* n, double* e) {

@@ -23,8 +23,8 @@ struct Spread {
 // Hertz's pressure of a radius of two cells has this second moment, cells^2, and less at no place in a cell.
 constexpr double least_moment = 2.0 / 3;
 
-// A light press, or one of an edge, would jump from cell to cell. So the level is raised until the smaller second moment
-// is the least one, but at most to where 1/256 of the stiffness carries the force.
+// A light press, or one of an edge, would jump from cell to cell. So the level is raised until the smaller second
+// moment is the least one, but at most to where 1/256 of the stiffness carries the force.
 double wide_enough(const Bed& bed, double level, double asked) {
     constexpr double softest = 1.0 / 256, right_to = 1e-7;
     const auto missing = [&](double at) { return Spread(sums_above(bed, {at, 0, 0})).least() - least_moment; };

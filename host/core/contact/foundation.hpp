@@ -10,8 +10,8 @@
 
 namespace dermis::contact {
 
-// The cells below a body, in rows of `pitch`: those beyond the width belong to no pad. Cell (left, top) is the pad's cell
-// (0, 0).
+// The cells below a body, in rows of `pitch`: those beyond the width belong to no pad. Cell (left, top) is the pad's
+// cell (0, 0).
 struct Bed {
     int width = 0, height = 0, left = 0, top = 0;
     std::size_t pitch = 0;
@@ -23,14 +23,13 @@ struct Bed {
 
     void reserve(int columns, int rows);
     void resize(int columns, int rows, int left, int top);
-    // Fills depth from deep, and the shares too if asked for, 1 where there is a depth. Returns whether any cell has one.
+    // Fills depth from deep, and the shares too if asked for, 1 where there is a depth. Returns whether any cell has
+    // one.
     bool settle(bool shares);
     bool presses_border() const;
     BedCells cells() const { return {width, height, pitch, depth.data(), share.data()}; }
     // The number of a pad's cell.
-    std::size_t number(int x, int y) const {
-        return std::size_t(y + top) * pitch + std::size_t(x + left);
-    }
+    std::size_t number(int x, int y) const { return std::size_t(y + top) * pitch + std::size_t(x + left); }
     // The pad's middle, cells from the bed's.
     double off_x(const Pad& pad) const { return left + 0.5 * (pad.width - width); }
     double off_y(const Pad& pad) const { return top + 0.5 * (pad.height - height); }
@@ -38,20 +37,20 @@ struct Bed {
 
 // What presses the bed. Lengths are in cells, from the middle of the bed.
 struct Push {
-    double force;              // N, > 0
-    double stiffness;          // Pa/m
-    double area;               // m^2, of a cell
-    bool centred = false;      // whether the pressure's centre is to be (x, y)
+    double force;         // N, > 0
+    double stiffness;     // Pa/m
+    double area;          // m^2, of a cell
+    bool centred = false; // whether the pressure's centre is to be (x, y)
     double x = 0, y = 0;
 };
 
 // What became of it.
 struct Rest {
-    double x = 0, y = 0;           // the pressure's centre, cells from the middle
-    double round = 0;              // the mean square of the distance from it, cells^2
-    double stiffness = 0;          // Pa/m: the push's, or less, so that a patch is two cells wide
-    double scale = 0;              // Pa/m: the pressures are by so much greater than what the bed holds
-    bool bound = false;            // whether the tilts are held back, so that the centre is not the force's
+    double x = 0, y = 0;  // the pressure's centre, cells from the middle
+    double round = 0;     // the mean square of the distance from it, cells^2
+    double stiffness = 0; // Pa/m: the push's, or less, so that a patch is two cells wide
+    double scale = 0;     // Pa/m: the pressures are by so much greater than what the bed holds
+    bool bound = false;   // whether the tilts are held back, so that the centre is not the force's
 };
 
 // The level at which the excesses of the cells, each by its share, sum to `asked`, m. Some cell has a share.

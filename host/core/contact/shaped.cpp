@@ -11,19 +11,21 @@ bool is_below(double depth) { return depth > 0.5 * not_below; }
 // Whether a patch may end where the body does. Round bodies press patches that end before that.
 bool has_outline(const Body& b) { return b.kind == Body::Kind::box || b.kind == Body::Kind::cylinder; }
 
-// A body whose faces are moved outwards; nothing if none is left of it.
-std::optional<Body> resized(Body b, double by) {
-    for (double& size : b.size) {
-        if (size != 0) size += by;
-        if (size < 0) return {};
-    }
-    return b;
+// A body whose faces are moved outwards (sign 1) or inwards (-1) by half the extent of a cell; nothing if none is left.
+std::optional<Body> resized(const Laid& l, int sign) {
+    const Vector half = l.lines.half_cell();
+    Body made = l.shape;
+    if (made.kind == Body::Kind::cylinder)
+        made.size[0] += sign * std::max(half[0], half[1]), made.size[1] += sign * half[2];
+    else
+        for (size_t k = 0; k < 3; ++k) made.size[k] += sign * half[k];
+    if (std::ranges::any_of(made.size, [](double size) { return size < 0; })) return {};
+    return made;
 }
-constexpr double half_diagonal = 0.71; // of a cell
 
 // Whether a body with an outline is below all cells of a flat pad, with half a cell to spare: its shadow is convex.
 bool covers(Laid& l, const Pad& pad, const Region& r) {
-    const std::optional<Body> less = resized(l.shape, -half_diagonal * pad.spacing);
+    const std::optional<Body> less = resized(l, -1);
     if (pad.radius_x != 0 || pad.radius_y != 0 || !less) return false;
     Places corners;
     for (const int x : {r.columns.first, r.columns.last})
@@ -51,7 +53,8 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
     const auto own = shapes.of(size_t(number));
     const Pose pose = poses[size_t(number)].from_middle(shape);
     bool outlines = false;
-    for (auto s = std::lower_bound(own.begin(), own.end(), body, is_before); s != own.end() && (*s)->body == body; ++s) {
+    for (auto s = std::lower_bound(own.begin(), own.end(), body, is_before); s != own.end() && (*s)->body == body;
+         ++s) {
         laid.push_back({(*s)->shape, Lines(shape, pose, (*s)->shape.pose)});
         outlines = outlines || has_outline((*s)->shape);
         if (!all.empty())
@@ -67,18 +70,22 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
 // Gives cells through which an outline runs, which is deeper than `least`, their shares and their mean depths. Returns
 // whether there are any.
 bool Touch::Impl::lay_outlines(const Region& all, double least) {
-    // Where cells may be pressed, and a cell more. A body less than about a cell thick may be between the cells' centres.
+    // Where cells may be pressed, and a cell more. A body less than about a cell thick may be between the cells'
+    // centres.
     Region near{{all.columns.last, all.columns.first}, {all.rows.last, all.rows.first}};
-    for (int y = all.rows.first; y <= all.rows.last; ++y)
-        for (int x = all.columns.first; x <= all.columns.last; ++x)
-            if (bed.deep[bed.number(x, y)] > least) near.add(x, y);
+    for (int y = all.rows.first; y <= all.rows.last; ++y) {
+        const double* row = &bed.deep[bed.number(0, y)];
+        int first = all.columns.first, last = all.columns.last;
+        while (first <= last && !(row[first] > least)) ++first;
+        while (last > first && !(row[last] > least)) --last;
+        if (first <= last) near.add(first, y), near.add(last, y);
+    }
     near = near.grown(all);
     std::vector<std::array<int, 2>>& cells = edges;
     cells.clear();
     for (Laid& l : laid) {
         if (!has_outline(l.shape)) continue;
-        const std::optional<Body> more = resized(l.shape, half_diagonal * shape.spacing),
-                                  less = resized(l.shape, -half_diagonal * shape.spacing);
+        const std::optional<Body> more = resized(l, 1), less = resized(l, -1);
         const Region& where = less ? near : all;
         if (where.empty() || covers(l, shape, where)) continue;
         const CellBlock block = where.block(size_t(where.columns.last - where.columns.first + 1));
@@ -89,26 +96,33 @@ bool Touch::Impl::lay_outlines(const Region& all, double least) {
             if (is_below(outer[i]) && outer[i] > least && !is_below(inner[i]))
                 cells.push_back({block.x + int(i % block.pitch), block.y + int(i / block.pitch)});
     }
-    for (const auto& [x, y] : cells) share_out(x, y);
+    constexpr size_t at_once = Places::most / 16;
+    for (size_t i = 0; i < cells.size(); i += at_once)
+        share_out(std::span(cells).subspan(i, std::min(at_once, cells.size() - i)));
     return !cells.empty() && bed.settle(false);
 }
 
-// Gives a cell the share of 16 places in it that the body is below, and the mean depth there. No two places have the
-// same x or y, so that an outline along the cells does not move in steps of a quarter.
-void Touch::Impl::share_out(int x, int y) {
+// Gives cells the share of 16 places in each that the body is below, and the mean depth there. No two places of a cell
+// have the same x or y, so that an outline along the cells does not move in steps of a quarter.
+void Touch::Impl::share_out(std::span<const std::array<int, 2>> cells) {
     Places places;
-    for (int a = 0; a < 16; ++a) {
-        const int b = (a & 1) << 3 | (a & 2) << 1 | (a & 4) >> 1 | a >> 3; // a with its bits reversed
-        places.add(x + (a + 0.5) / 16 - 0.5, y + (b + 0.5) / 16 - 0.5);
-    }
-    double depth[16], sum = 0;
-    std::fill_n(depth, 16, not_below);
+    for (const auto& [x, y] : cells)
+        for (int a = 0; a < 16; ++a) {
+            const int b = (a & 1) << 3 | (a & 2) << 1 | (a & 4) >> 1 | a >> 3; // a with its bits reversed
+            places.add(x + (a + 0.5) / 16 - 0.5, y + (b + 0.5) / 16 - 0.5);
+        }
+    double depth[Places::most];
+    std::fill_n(depth, places.count, not_below);
     for (Laid& l : laid) l.lines.deepen(l.shape, places, depth);
-    int below = 0;
-    for (const double d : depth)
-        if (is_below(d)) sum += d, ++below;
-    bed.share[bed.number(x, y)] = float(below) / 16;
-    bed.deep[bed.number(x, y)] = below > 0 ? sum / below : not_below;
+    for (size_t i = 0; i < cells.size(); ++i) {
+        double sum = 0;
+        int below = 0;
+        for (size_t a = 16 * i; a < 16 * (i + 1); ++a)
+            if (is_below(depth[a])) sum += depth[a], ++below;
+        const size_t at = bed.number(cells[i][0], cells[i][1]);
+        bed.share[at] = float(below) / 16;
+        bed.deep[at] = below > 0 ? sum / below : not_below;
+    }
 }
 
 // Adds the pressures of the bed to a pad, and tractions: the force along the surface in proportion to the pressure, and
@@ -159,7 +173,8 @@ bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own,
     const double asked = w.force / (source.stiffness * spacing * spacing);
     const double x = w.moment_x / (w.force * spacing), y = w.moment_y / (w.force * spacing); // cells from the middle
     const auto pressed = [&] {
-        return press(bed, {w.force, source.stiffness, spacing * spacing, true, x + bed.off_x(shape), y + bed.off_y(shape)});
+        return press(bed,
+                     {w.force, source.stiffness, spacing * spacing, true, x + bed.off_x(shape), y + bed.off_y(shape)});
     };
     const bool goes_on = std::ranges::any_of(around, [](int cells) { return cells > 0; });
     Rest rest;

@@ -153,9 +153,9 @@ size_t Touch::Impl::number_of(int pad) const {
     return size_t(pad);
 }
 
-// Copies the contacts that have a force, the poses of their pads and the shapes of bodies, and checks the copies, because
-// the caller's memory may change. Throws Error::bad_input where add() cannot take something; no pressure has changed
-// then.
+// Copies the contacts that have a force, the poses of their pads and the shapes of bodies, and checks the copies,
+// because the caller's memory may change. Throws Error::bad_input where add() cannot take something; no pressure has
+// changed then.
 void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
     contacts.items.clear();
     shapes.items.clear();

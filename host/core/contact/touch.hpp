@@ -69,9 +69,8 @@ template <class Item> struct ByPad {
             if (counts[size_t(item.pad)] != 0) order[ends[size_t(item.pad)]++] = &item;
         for (const int pad : touched) {
             const auto last = order.begin() + std::ptrdiff_t(ends[size_t(pad)]);
-            std::sort(last - std::ptrdiff_t(counts[size_t(pad)]), last, [](const Item* a, const Item* b) {
-                return a->body != b->body ? a->body < b->body : a < b;
-            });
+            std::sort(last - std::ptrdiff_t(counts[size_t(pad)]), last,
+                      [](const Item* a, const Item* b) { return a->body != b->body ? a->body < b->body : a < b; });
         }
     }
 };
@@ -88,7 +87,7 @@ struct Touch::Impl {
     bool press_by_shape(int number, std::span<const Listed* const>, ContactReport&);
     bool lay(int number, int body, bool goes_on, double asked);
     bool lay_outlines(const Region& all, double least);
-    void share_out(int x, int y);
+    void share_out(std::span<const std::array<int, 2>> cells);
     ContactReport add_bed(int number, const Rest&, const Wrench&);
     Pad pad(int number);
     void grow(int number, const CellSpan& columns, const CellSpan& rows);
@@ -97,21 +96,21 @@ struct Touch::Impl {
     const int count;
     const double reach;
     const Source source;
-    const std::array<int, 4> around; // cells of the finger beyond the pad's borders
+    const std::array<int, 4> around;       // cells of the finger beyond the pad's borders
     const size_t cells;                    // of a pad
     std::vector<float> pressure, traction; // traction: empty without shear
     std::vector<ContactReport> reports;    // of each pad
     ContactReport all;
-    std::vector<Block> pressed;       // of each pad, the cells that may hold a pressure
-    std::vector<int> touched;         // pads with contacts, ascending
-    std::vector<Pose> poses;          // of each pad with contacts
+    std::vector<Block> pressed; // of each pad, the cells that may hold a pressure
+    std::vector<int> touched;   // pads with contacts, ascending
+    std::vector<Pose> poses;    // of each pad with contacts
     ByPad<Listed> contacts;
     ByPad<Shaped> shapes;
-    std::vector<const Listed*> patches; // contacts of a pad that press by patches
-    std::vector<Laid> laid;             // the shapes of the body that is being laid below a pad
+    std::vector<const Listed*> patches;    // contacts of a pad that press by patches
+    std::vector<Laid> laid;                // the shapes of the body that is being laid below a pad
     std::vector<std::array<int, 2>> edges; // cells through which their outlines run
     std::vector<double> outer, inner;      // depths of the shapes with their faces moved out- and inwards
-    Bed bed;                            // room for the cells of a pad and around it, where there are shapes
+    Bed bed;                               // room for the cells of a pad and around it, where there are shapes
 };
 
 void sum_up(ContactReport&, const ContactReport&);

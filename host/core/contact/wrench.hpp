@@ -8,11 +8,11 @@ namespace dermis::contact {
 
 // Sums over contacts. Places are along the pad's surface, m from its middle.
 struct Wrench {
-    double force = 0, whole = 0;        // N: the components into the pad, and the whole forces
-    double along_x = 0, along_y = 0;    // N
-    double moment_x = 0, moment_y = 0;  // N m: force times place; their quotient is the centre of pressure
-    double torsion = 0;                 // N m, about the normal in the middle
-    bool off_pad = false;               // whether a contact is beyond the pad's border
+    double force = 0, whole = 0;       // N: the components into the pad, and the whole forces
+    double along_x = 0, along_y = 0;   // N
+    double moment_x = 0, moment_y = 0; // N m: force times place; their quotient is the centre of pressure
+    double torsion = 0;                // N m, about the normal in the middle
+    bool off_pad = false;              // whether a contact is beyond the pad's border
 
     void add(const Pad& pad, const Landing& l) {
         const double x = l.patch.x - 0.5 * pad.width * pad.spacing, y = l.patch.y - 0.5 * pad.height * pad.spacing;

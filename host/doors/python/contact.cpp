@@ -108,7 +108,8 @@ void make_body(contact::Body* self, string_view kind, const Numbers& size, const
     constexpr string_view kinds[] = {"sphere", "capsule", "box", "plane", "cylinder", "ellipsoid"};
     const auto named = std::ranges::find(kinds, kind);
     if (named == std::end(kinds))
-        scene::refuse("kind", "\"" + std::string(kind) + "\"", "\"sphere\", \"capsule\", \"box\", \"plane\", \"cylinder\", \"ellipsoid\"");
+        scene::refuse("kind", "\"" + std::string(kind) + "\"",
+                      "\"sphere\", \"capsule\", \"box\", \"plane\", \"cylinder\", \"ellipsoid\"");
     contact::Body body{.kind = contact::Body::Kind(named - std::begin(kinds))};
     const std::vector<double> sizes = numbers_in(size, "size");
     if (sizes.size() > 3) scene::refuse("size", std::to_string(sizes.size()) + " numbers", "at most three numbers");
@@ -258,7 +259,8 @@ void bind_contact(nb::module_& m) {
                      "position: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = (0, 0, 0), "
                      "rotation: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = "
                      "(1, 0, 0, 0, 1, 0, 0, 0, 1)) -> None"),
-             "kind: \"sphere\", \"capsule\", \"cylinder\", both along z, \"box\", \"ellipsoid\" or \"plane\", which is all "
+             "kind: \"sphere\", \"capsule\", \"cylinder\", both along z, \"box\", \"ellipsoid\" or \"plane\", which is "
+             "all "
              "below z = 0 of its frame.\n"
              "size: m: the radius of a sphere; radius and half the length of a capsule or a cylinder; half the length "
              "along x, y and z of a box or an ellipsoid; none of a plane.\n"
