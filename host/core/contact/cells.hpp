@@ -9,27 +9,21 @@ namespace dermis::contact {
 
 constexpr double not_below = -1e6; // m, the depth of a cell that is neither above nor below a body
 
-// Places of a pad's surface, in cells from the centre of cell (0, 0).
-struct Places {
-    static constexpr int most = 64;
-    double x[most], y[most];
-    int count = 0;
-
-    void add(double at_x, double at_y) { x[count] = at_x, y[count++] = at_y; }
+// Places of a pad's surface a cell apart, in cells from the centre of cell (0, 0): columns and rows from (x, y) on, whose
+// depths stand in rows of `pitch`.
+struct Block {
+    double x, y;
+    int columns, rows;
+    std::size_t pitch;
 };
 
 // The lines from places along the surface's inward normals, in the frame of a body: from + t*along, |along| = 1.
 struct LineRow {
+    static constexpr int most = 64;
     bool flat;                                       // whether the lines are parallel: the next four hold
     double origin[3], step_x[3], step_y[3], down[3]; // from = origin + x*step_x + y*step_y, along = down
-    double from[3][Places::most], along[3][Places::most];
-    double deepest; // m: what is deeper counts as if it were not there
-};
-
-// Columns and rows of a pad from cell (x, y) on, whose depths stand in rows of `pitch`.
-struct CellBlock {
-    int x, y, columns, rows;
-    std::size_t pitch;
+    double from[3][most], along[3][most];            // else these, of one row
+    double deepest;                                  // m: what is deeper counts as if it were not there
 };
 
 // Cells in rows of `pitch`, a multiple of 8; those beyond the width have no share. Places are in cells from the middle.
@@ -69,11 +63,9 @@ struct Gained {
 };
 
 struct CellLoops {
-    // depth[i]: the greater of what it holds and how far line i leads to where it leaves the body, m. kind and size: of
-    // a Body.
-    void (*deepen)(int kind, const double* size, const LineRow&, const Places&, double* depth);
-    // The same of a block of cells, where lines are parallel; depth: of its first cell.
-    void (*deepen_block)(int kind, const double* size, const LineRow&, const CellBlock&, double* depth);
+    // Writes to the depth of each place the greater of what it holds and how far its line leads to where it leaves the
+    // body, m. kind and size: of a Body.
+    void (*deepen)(int kind, const double* size, const LineRow&, const Block&, double* depth);
     // Writes depths relative to the greatest one, and shares, 1 where there is a depth, unless `share` is null. count:
     // a multiple of 8. Returns the greatest depth.
     double (*settle)(const double* deep, std::size_t count, float* depth, float* share);

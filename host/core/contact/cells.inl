@@ -14,6 +14,7 @@ namespace {
 typedef double Four __attribute__((vector_size(32)));
 using Mask4 = decltype(Four{} < Four{});
 inline Four all(double x) { return x - Four{}; } // x in every lane: -0 - 0 is -0
+inline int lesser(int a, int b) { return b < a ? b : a; }
 inline Four lesser(Four a, Four b) { return b < a ? b : a; }
 inline Four greater(Four a, Four b) { return a < b ? b : a; }
 inline Four size_of(Four a) { return (Four)((Mask4)a & ~(Mask4)all(-0.0)); }
@@ -120,50 +121,30 @@ inline void deepen_four(const double* size, Vec from, Vec along, double deepest,
 inline Vec vec(const double* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
 inline Vec stepped(Vec o, Four x, Vec step) { return {o.x + x * step.x, o.y + x * step.y, o.z + x * step.z}; }
 
-template <int kind> void deepen_by(const double* size, const LineRow& l, const Places& places, double* depth) {
+template <int kind> void deepen_by(const double* size, const LineRow& l, const Block& b, double* depth) {
     const double own[3] = {size[0], size[1], size[2]};
-    for (int i = 0; i < places.count; i += 4) {
-        const auto four = [i](const double* from) { // a Places has room for whole fours
-            Four x;
-            __builtin_memcpy(&x, from + i, sizeof x);
-            return x;
-        };
-        const int n = places.count - i < 4 ? places.count - i : 4;
-        if (l.flat) {
-            const Vec row = stepped(vec(l.origin), four(places.y), vec(l.step_y));
-            deepen_four<kind>(own, stepped(row, four(places.x), vec(l.step_x)), vec(l.down), l.deepest, depth + i, n);
-        } else {
-            const Vec from = {four(l.from[0]), four(l.from[1]), four(l.from[2])},
-                      along = {four(l.along[0]), four(l.along[1]), four(l.along[2])};
-            deepen_four<kind>(own, from, along, l.deepest, depth + i, n);
+    const Vec origin = vec(l.origin), step_x = vec(l.step_x), step_y = vec(l.step_y), down = vec(l.down);
+    const auto four = [](const double* from) {
+        Four x;
+        __builtin_memcpy(&x, from, sizeof x);
+        return x;
+    };
+    for (int j = 0; j < b.rows; ++j) {
+        const Vec row = stepped(origin, all(b.y + j), step_y);
+        for (int i = 0; i < b.columns; i += 4) {
+            double* to = depth + size_t(j) * b.pitch + i;
+            const int n = lesser(b.columns - i, 4);
+            if (l.flat) deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + (b.x + i), step_x), down, l.deepest, to, n);
+            else
+                deepen_four<kind>(own, {four(l.from[0] + i), four(l.from[1] + i), four(l.from[2] + i)},
+                                  {four(l.along[0] + i), four(l.along[1] + i), four(l.along[2] + i)}, l.deepest, to, n);
         }
     }
 }
 
-template <int kind> void deepen_block_by(const double* size, const LineRow& l, const CellBlock& b, double* depth) {
-    const double own[3] = {size[0], size[1], size[2]}, deepest = l.deepest;
-    const Vec origin = vec(l.origin), step_x = vec(l.step_x), step_y = vec(l.step_y), down = vec(l.down);
-    for (int j = 0; j < b.rows; ++j) {
-        const Vec row = stepped(origin, all(b.y + j), step_y);
-        double* to = depth + size_t(j) * b.pitch;
-        int i = 0;
-        for (; i + 4 <= b.columns; i += 4)
-            deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + double(b.x + i), step_x), down, deepest, to + i, 4);
-        if (i < b.columns)
-            deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + double(b.x + i), step_x), down, deepest, to + i,
-                              b.columns - i);
-    }
-}
-
-void deepen(int kind, const double* size, const LineRow& lines, const Places& places, double* depth) {
+void deepen(int kind, const double* size, const LineRow& lines, const Block& block, double* depth) {
     constexpr decltype(&deepen_by<0>) by[] = {deepen_by<0>, deepen_by<1>, deepen_by<2>,
                                               deepen_by<3>, deepen_by<4>, deepen_by<5>};
-    by[kind](size, lines, places, depth);
-}
-
-void deepen_block(int kind, const double* size, const LineRow& lines, const CellBlock& block, double* depth) {
-    constexpr decltype(&deepen_block_by<0>) by[] = {deepen_block_by<0>, deepen_block_by<1>, deepen_block_by<2>,
-                                                    deepen_block_by<3>, deepen_block_by<4>, deepen_block_by<5>};
     by[kind](size, lines, block, depth);
 }
 
@@ -197,7 +178,6 @@ struct Long {
     }
 };
 inline Eight counted(float first) { return Eight{0, 1, 2, 3, 4, 5, 6, 7} + first; }
-inline int lesser(int a, int b) { return b < a ? b : a; }
 
 double settle(const double* deep, size_t count, float* depth, float* share) {
     Four most = all(not_below);
@@ -346,6 +326,6 @@ Gained add(const AddedRows& r) {
 } // namespace
 
 extern const CellLoops DERMIS_LOOPS;
-const CellLoops DERMIS_LOOPS = {deepen, deepen_block, settle, level, sums, write, add};
+const CellLoops DERMIS_LOOPS = {deepen, settle, level, sums, write, add};
 
 } // namespace dermis::contact

@@ -11,29 +11,18 @@ bool is_below(double depth) { return depth > 0.5 * not_below; }
 // Whether a patch may end where the body does. Round bodies press patches that end before that.
 bool has_outline(const Body& b) { return b.kind == Body::Kind::box || b.kind == Body::Kind::cylinder; }
 
-// A body whose faces are moved outwards (sign 1) or inwards (-1) by half the extent of a cell; nothing if none is left.
-std::optional<Body> resized(const Laid& l, int sign) {
-    const Vector half = l.lines.half_cell();
-    Body made = l.shape;
-    if (made.kind == Body::Kind::cylinder)
-        made.size[0] += sign * std::max(half[0], half[1]), made.size[1] += sign * half[2];
-    else
-        for (size_t k = 0; k < 3; ++k) made.size[k] += sign * half[k];
-    if (std::ranges::any_of(made.size, [](double size) { return size < 0; })) return {};
-    return made;
-}
-
-// Whether a body with an outline is below all cells of a flat pad, with half a cell to spare: its shadow is convex.
-bool covers(Laid& l, const Pad& pad, const Region& r) {
-    const std::optional<Body> less = resized(l, -1);
-    if (pad.radius_x != 0 || pad.radius_y != 0 || !less) return false;
-    Places corners;
-    for (const int x : {r.columns.first, r.columns.last})
-        for (const int y : {r.rows.first, r.rows.last}) corners.add(x, y);
-    double depth[4];
-    std::fill_n(depth, 4, not_below);
-    l.lines.deepen(*less, corners, depth);
-    return std::ranges::all_of(depth, is_below);
+// Whether a body with an outline is below all places of cells of a flat pad: its shadow is convex, so that the corners
+// tell it.
+bool covers(Laid& l, const Region& r) {
+    const contact::Block cells = r.block(0);
+    bool all = true;
+    for (const double x : {cells.x - 0.5, cells.x + cells.columns - 0.5})
+        for (const double y : {cells.y - 0.5, cells.y + cells.rows - 0.5}) {
+            double depth = not_below;
+            l.lines.deepen(l.shape, {x, y, 1, 1, 0}, &depth);
+            all = all && is_below(depth);
+        }
+    return all;
 }
 
 } // namespace
@@ -52,77 +41,74 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
     laid.clear();
     const auto own = shapes.of(size_t(number));
     const Pose pose = poses[size_t(number)].from_middle(shape);
-    bool outlines = false;
+    bool outlines = false, thin = false;
     for (auto s = std::lower_bound(own.begin(), own.end(), body, is_before); s != own.end() && (*s)->body == body;
          ++s) {
         laid.push_back({(*s)->shape, Lines(shape, pose, (*s)->shape.pose)});
-        outlines = outlines || has_outline((*s)->shape);
+        const Body& added = laid.back().shape;
+        outlines = outlines || has_outline(added);
+        thin = thin || (has_outline(added) && std::ranges::any_of(added.size, [&](double size) {
+                            return size > 0 && size < shape.spacing;
+                        }));
         if (!all.empty())
-            laid.back().lines.deepen(laid.back().shape, all.block(bed.pitch),
+            laid.back().lines.deepen(added, all.block(bed.pitch),
                                      &bed.deep[bed.number(all.columns.first, all.rows.first)]);
     }
-    const bool lies = bed.settle(true);
+    bool lies = bed.settle(true);
     if (!outlines) return lies;
-    const double level = lies ? level_of(bed, asked) : 0;
-    return lay_outlines(all, lies ? bed.deepest - 4 * level : not_below) || lies;
+    // Where cells may be pressed, and a cell more. A body less than a cell thick may be between the cells' centres.
+    const Region near = lies && !thin ? pressed_beyond(all, bed.deepest - 4 * level_of(bed, asked)) : all;
+    const bool flat = shape.radius_x == 0 && shape.radius_y == 0;
+    if (near.empty() || (flat && laid.size() == 1 && covers(laid[0], near))) return lies;
+    lay_outlines(near, thin);
+    return bed.settle(false);
 }
 
-// Gives cells through which an outline runs, which is deeper than `least`, their shares and their mean depths. Returns
-// whether there are any.
-bool Touch::Impl::lay_outlines(const Region& all, double least) {
-    // Where cells may be pressed, and a cell more. A body less than about a cell thick may be between the cells'
-    // centres.
-    Region near{{all.columns.last, all.columns.first}, {all.rows.last, all.rows.first}};
+// The cells that are deeper than `least`, m, and those beside them.
+Region Touch::Impl::pressed_beyond(const Region& all, double least) const {
+    Region found{{all.columns.last, all.columns.first}, {all.rows.last, all.rows.first}};
     for (int y = all.rows.first; y <= all.rows.last; ++y) {
         const double* row = &bed.deep[bed.number(0, y)];
         int first = all.columns.first, last = all.columns.last;
         while (first <= last && !(row[first] > least)) ++first;
         while (last > first && !(row[last] > least)) --last;
-        if (first <= last) near.add(first, y), near.add(last, y);
+        if (first <= last) found.add(first, y), found.add(last, y);
     }
-    near = near.grown(all);
-    std::vector<std::array<int, 2>>& cells = edges;
-    cells.clear();
-    for (Laid& l : laid) {
-        if (!has_outline(l.shape)) continue;
-        const std::optional<Body> more = resized(l, 1), less = resized(l, -1);
-        const Region& where = less ? near : all;
-        if (where.empty() || covers(l, shape, where)) continue;
-        const CellBlock block = where.block(size_t(where.columns.last - where.columns.first + 1));
-        for (auto* depths : {&outer, &inner}) depths->assign(block.pitch * size_t(block.rows), not_below);
-        l.lines.deepen(*more, block, outer.data());
-        if (less) l.lines.deepen(*less, block, inner.data());
-        for (size_t i = 0; i < outer.size(); ++i)
-            if (is_below(outer[i]) && outer[i] > least && !is_below(inner[i]))
-                cells.push_back({block.x + int(i % block.pitch), block.y + int(i / block.pitch)});
-    }
-    constexpr size_t at_once = Places::most / 16;
-    for (size_t i = 0; i < cells.size(); i += at_once)
-        share_out(std::span(cells).subspan(i, std::min(at_once, cells.size() - i)));
-    return !cells.empty() && bed.settle(false);
+    return {common({found.columns.first - 1, found.columns.last + 1}, all.columns),
+            common({found.rows.first - 1, found.rows.last + 1}, all.rows)};
 }
 
-// Gives cells the share of 16 places in each that the body is below, and the mean depth there. No two places of a cell
-// have the same x or y, so that an outline along the cells does not move in steps of a quarter.
-void Touch::Impl::share_out(std::span<const std::array<int, 2>> cells) {
-    Places places;
-    for (const auto& [x, y] : cells)
-        for (int a = 0; a < 16; ++a) {
-            const int b = (a & 1) << 3 | (a & 2) << 1 | (a & 4) >> 1 | a >> 3; // a with its bits reversed
-            places.add(x + (a + 0.5) / 16 - 0.5, y + (b + 0.5) / 16 - 0.5);
+// Gives cells through which an outline runs the share of 16 places in them that the body is below, and the mean depth
+// there. all: whether it may run through any cell, or only through those of which some corners are below the body.
+void Touch::Impl::lay_outlines(const Region& r, bool all) {
+    const int columns = r.columns.last - r.columns.first + 2, rows = r.rows.last - r.rows.first + 2;
+    corners.assign(size_t(columns) * size_t(rows), not_below);
+    for (Laid& l : laid)
+        l.lines.deepen(l.shape, {r.columns.first - 0.5, r.rows.first - 0.5, columns, rows, size_t(columns)},
+                       corners.data());
+    for (int y = 0; y + 1 < rows; ++y)
+        for (int x = 0; x + 1 < columns; ++x) {
+            const double* corner = &corners[size_t(y) * size_t(columns) + size_t(x)];
+            const int below = is_below(corner[0]) + is_below(corner[1]) + is_below(corner[columns]) +
+                              is_below(corner[columns + 1]);
+            if (all || (below > 0 && below < 4)) share_out(r.columns.first + x, r.rows.first + y);
         }
-    double depth[Places::most];
-    std::fill_n(depth, places.count, not_below);
-    for (Laid& l : laid) l.lines.deepen(l.shape, places, depth);
-    for (size_t i = 0; i < cells.size(); ++i) {
-        double sum = 0;
-        int below = 0;
-        for (size_t a = 16 * i; a < 16 * (i + 1); ++a)
-            if (is_below(depth[a])) sum += depth[a], ++below;
-        const size_t at = bed.number(cells[i][0], cells[i][1]);
-        bed.share[at] = float(below) / 16;
-        bed.deep[at] = below > 0 ? sum / below : not_below;
+}
+
+// No two of the places have the same x or y, so that an outline along the cells does not move in steps of a quarter.
+void Touch::Impl::share_out(int x, int y) {
+    constexpr int count = 16;
+    double at_x[count], at_y[count], depth[count], sum = 0;
+    for (int a = 0; a < count; ++a) {
+        const int b = (a & 1) << 3 | (a & 2) << 1 | (a & 4) >> 1 | a >> 3; // a with its bits reversed
+        at_x[a] = x + (a + 0.5) / count - 0.5, at_y[a] = y + (b + 0.5) / count - 0.5, depth[a] = not_below;
     }
+    for (Laid& l : laid) l.lines.deepen(l.shape, at_x, at_y, count, depth);
+    int below = 0;
+    for (const double d : depth)
+        if (is_below(d)) sum += d, ++below;
+    bed.share[bed.number(x, y)] = float(below) / count;
+    bed.deep[bed.number(x, y)] = below > 0 ? sum / below : not_below;
 }
 
 // Adds the pressures of the bed to a pad, and tractions: the force along the surface in proportion to the pressure, and

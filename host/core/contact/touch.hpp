@@ -40,12 +40,9 @@ struct Region {
         columns = {std::min(columns.first, x), std::max(columns.last, x)};
         rows = {std::min(rows.first, y), std::max(rows.last, y)};
     }
-    Region grown(const Region& all) const {
-        return {common({columns.first - 1, columns.last + 1}, all.columns),
-                common({rows.first - 1, rows.last + 1}, all.rows)};
-    }
-    CellBlock block(size_t pitch) const {
-        return {columns.first, rows.first, columns.last - columns.first + 1, rows.last - rows.first + 1, pitch};
+    contact::Block block(size_t pitch) const {
+        return {double(columns.first), double(rows.first), columns.last - columns.first + 1, rows.last - rows.first + 1,
+                pitch};
     }
 };
 
@@ -86,8 +83,9 @@ struct Touch::Impl {
     ContactReport press_by_patches(int number, double modulus);
     bool press_by_shape(int number, std::span<const Listed* const>, ContactReport&);
     bool lay(int number, int body, bool goes_on, double asked);
-    bool lay_outlines(const Region& all, double least);
-    void share_out(std::span<const std::array<int, 2>> cells);
+    Region pressed_beyond(const Region&, double least) const;
+    void lay_outlines(const Region&, bool all);
+    void share_out(int x, int y);
     ContactReport add_bed(int number, const Rest&, const Wrench&);
     Pad pad(int number);
     void grow(int number, const CellSpan& columns, const CellSpan& rows);
@@ -108,8 +106,7 @@ struct Touch::Impl {
     ByPad<Shaped> shapes;
     std::vector<const Listed*> patches;    // contacts of a pad that press by patches
     std::vector<Laid> laid;                // the shapes of the body that is being laid below a pad
-    std::vector<std::array<int, 2>> edges; // cells through which their outlines run
-    std::vector<double> outer, inner;      // depths of the shapes with their faces moved out- and inwards
+    std::vector<double> corners;        // depths at the corners of cells, m
     Bed bed;                               // room for the cells of a pad and around it, where there are shapes
 };
 
