@@ -181,10 +181,14 @@ inline ContactReport add_contacts(const Pad& pad, const Pose& pose, double reach
 struct Body {
     // sphere: size[0] is its radius. capsule: a cylinder along z between two half balls; radius and half its length.
     // box: half its length along x, y and z. plane: all below z = 0 of its frame; no sizes. cylinder: along z; radius
-    // and half its length. ellipsoid: half its length along x, y and z.
-    enum class Kind { sphere, capsule, box, plane, cylinder, ellipsoid } kind = Kind::sphere;
+    // and half its length. ellipsoid: half its length along x, y and z. hull: a convex solid, given by its faces.
+    enum class Kind { sphere, capsule, box, plane, cylinder, ellipsoid, hull } kind = Kind::sphere;
     std::array<double, 3> size = {0, 0, 0}; // m, above 0, at most 1e6; numbers that a kind does not use are 0
     Pose pose;                              // of the body's middle; of a plane any point of it
+    // Of a hull, four numbers for each face: its outward normal n, of length 1 to 1e-3, and the offset m up to which
+    // n*place <= m inside, m; both in the body's frame. The caller's memory; null of other kinds.
+    const double* faces = nullptr;
+    std::size_t face_count = 0; // 4..65536
 };
 
 // Writes to each cell how deep a body reaches below the pad's surface, along the surface's normal there, m: what
@@ -196,6 +200,10 @@ DERMIS_API void fill_depths(const Pad&, const Pose&, const Body&, float* depth, 
 // The stiffness, Pa per m, of an elastic foundation on which a ball presses a patch with the radius of Hertz's:
 // 16*modulus/(3*pi*radius). Arguments as in hertz_radius(); force > 0.
 DERMIS_API double foundation_stiffness(double force, double ball, double modulus);
+// The stiffness, Pa per m, of a skin that is held long: the modulus at which its material comes to rest, over the
+// thickness. On such a foundation the skin takes the shape of what presses it. 0 where the material flows, has moduli
+// by cells, or no thickness.
+DERMIS_API double skin_stiffness(const Material&);
 
 // How deep something sinks into each cell, and the force with which it does: an elastic foundation. A negative depth is
 // a gap.

@@ -47,8 +47,10 @@ struct Shapes {
     std::size_t count = 0;                              // at most 2147483647
     const std::int32_t *pad = nullptr, *body = nullptr; // the pad below which it is, and its body, 0 or more
     const std::int32_t* kind = nullptr;                 // of Body::Kind
-    Reals size;                                         // three numbers, as in Body
-    Reals position, rotation;                           // three and nine numbers, as in Pose: the shape's frame
+    Reals size; // three numbers, as in Body; of a hull how many faces it has, its first one among `faces`, and 0
+    Reals position, rotation;      // three and nine numbers, as in Pose: the shape's frame
+    const double* faces = nullptr; // of all hulls, four numbers for each as in Body; null where there is no hull
+    std::size_t face_count = 0;    // 0..16777216
     std::size_t pad_step = 1, body_step = 1, kind_step = 1, size_step = 3, position_step = 3, rotation_step = 9;
 };
 

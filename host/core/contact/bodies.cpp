@@ -12,16 +12,29 @@ void check(const Body& body, const char* list, int number) {
     const auto name = [&](const std::string& member) {
         return list + (number < 0 ? "." + member : "." + member + "[" + std::to_string(number) + "]");
     };
-    if (int(body.kind) < 0 || int(body.kind) > 5)
+    if (int(body.kind) < 0 || int(body.kind) > 6)
         scene::refuse(name("kind"), std::to_string(int(body.kind)),
-                      "sphere, capsule, box, plane, cylinder, ellipsoid (0..5)");
-    constexpr size_t used[] = {1, 2, 3, 0, 2, 3}; // sizes of each kind
+                      "sphere, capsule, box, plane, cylinder, ellipsoid, hull (0..6)");
+    constexpr size_t used[] = {1, 2, 3, 0, 2, 3, 0}; // sizes of each kind
     for (size_t k = 0; k < 3; ++k) {
         const double size = body.size[k];
         const bool asked = k < used[size_t(body.kind)];
         if (asked ? !(size > 0 && size <= greatest_length) : size != 0)
             scene::refuse(name("size") + "[" + std::to_string(k) + "]", shortest(size),
                           asked ? "above 0, at most 1e6" : "0");
+    }
+    const bool hull = body.kind == Body::Kind::hull;
+    if (hull ? body.face_count < 4 || body.face_count > 65536 : body.face_count != 0)
+        scene::refuse(name("face_count"), std::to_string(body.face_count),
+                      hull ? "4..65536" : "0: only a hull has faces");
+    if (hull && !body.faces) scene::refuse(name("faces"), "null", "an address");
+    for (size_t f = 0; f < body.face_count; ++f) {
+        const double* n = body.faces + 4 * f;
+        const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        if (!(std::abs(length - 1) <= 1e-3 && std::abs(n[3]) <= greatest_length))
+            scene::refuse(name("faces") + "[" + std::to_string(f) + "]",
+                          shortest(n[0]) + ", " + shortest(n[1]) + ", " + shortest(n[2]) + ", " + shortest(n[3]),
+                          "a normal of length 1 and an offset of -1e6..1e6 m");
     }
 }
 
@@ -56,11 +69,13 @@ void Lines::deepen(const Body& body, const double* x, const double* y, int count
         for (size_t k = 0; k < 3; ++k) lines_.from[k][i] = offset_[k] + own[k], lines_.along[k][i] = -out[k];
     }
     const bool flat = std::exchange(lines_.flat, false);
+    lines_.faces = body.faces, lines_.face_count = body.face_count;
     loops().deepen(int(body.kind), body.size.data(), lines_, {0, 0, count, 1, 0}, depth);
     lines_.flat = flat;
 }
 
 void Lines::deepen(const Body& body, const Block& b, double* depth) {
+    lines_.faces = body.faces, lines_.face_count = body.face_count;
     if (lines_.flat) return loops().deepen(int(body.kind), body.size.data(), lines_, b, depth);
     for (int j = 0; j < b.rows; ++j)
         for (int first = 0; first < b.columns; first += LineRow::most) {

@@ -9,8 +9,8 @@ namespace dermis::contact {
 
 constexpr double not_below = -1e6; // m, the depth of a cell that is neither above nor below a body
 
-// Places of a pad's surface a cell apart, in cells from the centre of cell (0, 0): columns and rows from (x, y) on, whose
-// depths stand in rows of `pitch`.
+// Places of a pad's surface a cell apart, in cells from the centre of cell (0, 0): columns and rows from (x, y) on,
+// whose depths stand in rows of `pitch`.
 struct Block {
     double x, y;
     int columns, rows;
@@ -24,6 +24,8 @@ struct LineRow {
     double origin[3], step_x[3], step_y[3], down[3]; // from = origin + x*step_x + y*step_y, along = down
     double from[3][most], along[3][most];            // else these, of one row
     double deepest;                                  // m: what is deeper counts as if it were not there
+    const double* faces;                             // of a hull, as in Body
+    std::size_t face_count;
 };
 
 // Cells in rows of `pitch`, a multiple of 8; those beyond the width have no share. Places are in cells from the middle.

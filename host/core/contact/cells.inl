@@ -66,7 +66,7 @@ inline Stretch within_tube(Vec from, Vec along, double radius) {
 }
 
 // Where a line is in a body of each kind, by Body::Kind.
-template <int kind> Stretch within(const double* size, Vec from, Vec along);
+template <int kind> inline Stretch within(const double* size, Vec from, Vec along);
 
 template <> inline Stretch within<0>(const double* size, Vec from, Vec along) { // sphere
     return within_ball(from, along, size[0]);
@@ -104,10 +104,26 @@ template <> inline Stretch within<5>(const double* size, Vec from, Vec along) { 
     return within_quadric(product(d, d), product(p, d), product(p, p) - 1);
 }
 
+// A hull: on the inner side of each face.
+inline Stretch within_hull(const LineRow& l, Vec from, Vec along) {
+    Stretch s{all(-infinite), all(infinite)};
+    for (size_t i = 0; i < l.face_count; ++i) {
+        const double* f = l.faces + 4 * i;
+        const Vec normal = {all(f[0]), all(f[1]), all(f[2])};
+        const Four speed = product(normal, along), runs = size_of(speed) < parallel ? all(parallel) : speed,
+                   t = (f[3] - product(normal, from)) / runs;
+        s.near = runs < 0 ? greater(s.near, t) : s.near, s.far = runs > 0 ? lesser(s.far, t) : s.far;
+    }
+    return s;
+}
+
 // depth[0 .. n - 1]: the greater of what they hold and the ends of the lines.
 template <int kind>
-inline void deepen_four(const double* size, Vec from, Vec along, double deepest, double* depth, int n) {
-    const Stretch s = within<kind>(size, from, along);
+inline void deepen_four(const double* size, Vec from, Vec along, const LineRow& l, double* depth, int n) {
+    Stretch s;
+    if constexpr (kind == 6) s = within_hull(l, from, along);
+    else s = within<kind>(size, from, along);
+    const double deepest = l.deepest;
     // A line beside the body has no near <= far, and minus infinity may be both.
     const Four end = (s.near <= s.far) & (s.far <= deepest) & (s.far >= -deepest) ? s.far : all(not_below);
     Four held = end;
@@ -134,17 +150,17 @@ template <int kind> void deepen_by(const double* size, const LineRow& l, const B
         for (int i = 0; i < b.columns; i += 4) {
             double* to = depth + size_t(j) * b.pitch + i;
             const int n = lesser(b.columns - i, 4);
-            if (l.flat) deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + (b.x + i), step_x), down, l.deepest, to, n);
+            if (l.flat) deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + (b.x + i), step_x), down, l, to, n);
             else
                 deepen_four<kind>(own, {four(l.from[0] + i), four(l.from[1] + i), four(l.from[2] + i)},
-                                  {four(l.along[0] + i), four(l.along[1] + i), four(l.along[2] + i)}, l.deepest, to, n);
+                                  {four(l.along[0] + i), four(l.along[1] + i), four(l.along[2] + i)}, l, to, n);
         }
     }
 }
 
 void deepen(int kind, const double* size, const LineRow& lines, const Block& block, double* depth) {
-    constexpr decltype(&deepen_by<0>) by[] = {deepen_by<0>, deepen_by<1>, deepen_by<2>,
-                                              deepen_by<3>, deepen_by<4>, deepen_by<5>};
+    constexpr decltype(&deepen_by<0>) by[] = {deepen_by<0>, deepen_by<1>, deepen_by<2>, deepen_by<3>,
+                                              deepen_by<4>, deepen_by<5>, deepen_by<6>};
     by[kind](size, lines, block, depth);
 }
 

@@ -149,6 +149,15 @@ double foundation_stiffness(double force, double ball, double modulus) {
     return 16 * modulus / (3 * std::numbers::pi * hertz_radius(force, ball, modulus));
 }
 
+double skin_stiffness(const Material& m) {
+    double compliance = m.spring ? 1 / *m.spring : 0;
+    bool rests = !m.dashpot && m.modulus_map.empty();
+    for (const KelvinVoigt& e : m.elements) compliance += 1 / e.modulus, rests = rests && e.modulus_map.empty();
+    if (m.elements.empty()) compliance += 1 / m.modulus.value_or(0);
+    const double stiffness = 1 / (compliance * m.thickness.value_or(0));
+    return rests && finite(stiffness) ? stiffness : 0;
+}
+
 Pose Pose::from_matrix(Reals position, Reals rotation) {
     need_memory("position", bool(position));
     need_memory("rotation", bool(rotation));

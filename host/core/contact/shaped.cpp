@@ -9,7 +9,9 @@ bool is_before(const Shaped* s, int body) { return s->body < body; }
 bool is_below(double depth) { return depth > 0.5 * not_below; }
 
 // Whether a patch may end where the body does. Round bodies press patches that end before that.
-bool has_outline(const Body& b) { return b.kind == Body::Kind::box || b.kind == Body::Kind::cylinder; }
+bool has_outline(const Body& b) {
+    return b.kind == Body::Kind::box || b.kind == Body::Kind::cylinder || b.kind == Body::Kind::hull;
+}
 
 // Whether a body with an outline is below all places of cells of a flat pad: its shadow is convex, so that the corners
 // tell it.
@@ -47,9 +49,8 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
         laid.push_back({(*s)->shape, Lines(shape, pose, (*s)->shape.pose)});
         const Body& added = laid.back().shape;
         outlines = outlines || has_outline(added);
-        thin = thin || (has_outline(added) && std::ranges::any_of(added.size, [&](double size) {
-                            return size > 0 && size < shape.spacing;
-                        }));
+        thin = thin || (has_outline(added) &&
+                        std::ranges::any_of(added.size, [&](double size) { return size > 0 && size < shape.spacing; }));
         if (!all.empty())
             laid.back().lines.deepen(added, all.block(bed.pitch),
                                      &bed.deep[bed.number(all.columns.first, all.rows.first)]);
@@ -89,8 +90,8 @@ void Touch::Impl::lay_outlines(const Region& r, bool all) {
     for (int y = 0; y + 1 < rows; ++y)
         for (int x = 0; x + 1 < columns; ++x) {
             const double* corner = &corners[size_t(y) * size_t(columns) + size_t(x)];
-            const int below = is_below(corner[0]) + is_below(corner[1]) + is_below(corner[columns]) +
-                              is_below(corner[columns + 1]);
+            const int below =
+                is_below(corner[0]) + is_below(corner[1]) + is_below(corner[columns]) + is_below(corner[columns + 1]);
             if (all || (below > 0 && below < 4)) share_out(r.columns.first + x, r.rows.first + y);
         }
 }

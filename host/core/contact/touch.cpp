@@ -45,11 +45,10 @@ bool is_within(const Vector& numbers, double limit) {
     return std::ranges::all_of(numbers, [limit](double n) { return n >= -limit && n <= limit; });
 }
 
-[[noreturn]] void refuse_contact(size_t i, const char* member, const double* numbers, size_t count,
-                                 const char* allowed) {
+[[noreturn]] void refuse_item(size_t i, const char* member, const double* numbers, size_t count, const char* allowed) {
     std::string value;
     for (size_t k = 0; k < count; ++k) value += (k ? ", " : "") + shortest(numbers[k]);
-    scene::refuse("contacts." + std::string(member) + "[" + std::to_string(i) + "]", value, allowed);
+    scene::refuse(std::string(member) + "[" + std::to_string(i) + "]", value, allowed);
 }
 
 Pad checked(Pad shape) {
@@ -86,6 +85,8 @@ void need_arrays(const Shapes& s) {
     need_memory("shapes.size", bool(s.size));
     need_memory("shapes.position", bool(s.position));
     need_memory("shapes.rotation", bool(s.rotation));
+    need_memory("shapes.faces", s.faces || s.face_count == 0);
+    scene::need(s.face_count <= 16777216, "shapes.face_count", double(s.face_count), "0..16777216");
 }
 
 [[noreturn]] void refuse_number(const char* list, size_t i, int number, int least, int most) {
@@ -98,12 +99,13 @@ void need_contact(const Listed& c, size_t i, int pads, bool has_radius, bool has
     if (c.pad < 0 || c.pad >= pads) refuse_number("contacts.pad", i, c.pad, 0, pads - 1);
     if (c.body < -1) refuse_number("contacts.body", i, c.body, -1, INT_MAX);
     const auto &place = c.contact.position, &force = c.contact.direction;
-    if (!is_within(place, greatest_length)) refuse_contact(i, "position", place.data(), 3, "-1e6..1e6");
-    if (!is_within(force, 1e12)) refuse_contact(i, "force", force.data(), 3, "-1e12..1e12");
+    if (!is_within(place, greatest_length)) refuse_item(i, "contacts.position", place.data(), 3, "-1e6..1e6");
+    if (!is_within(force, 1e12)) refuse_item(i, "contacts.force", force.data(), 3, "-1e12..1e12");
     const double& size = has_radius ? c.contact.radius : c.ball;
     if (!has_radius && !has_ball) return;
     if (!(size >= 0 && size <= greatest_length && (has_radius || size > 0)))
-        refuse_contact(i, has_radius ? "radius" : "ball", &size, 1, has_radius ? "0..1e6" : "above 0, at most 1e6");
+        refuse_item(i, has_radius ? "contacts.radius" : "contacts.ball", &size, 1,
+                    has_radius ? "0..1e6" : "above 0, at most 1e6");
 }
 
 // Of each border how many cells of the finger are beyond it: those whose centres are on the finger.
@@ -181,16 +183,28 @@ void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
     need_float_pressure(shape, asked);
     if (s.count == 0) return;
     need_arrays(s);
-    scene::need_positive("source.stiffness", source.stiffness);
+    scene::need(source.stiffness > 0, "source.stiffness", source.stiffness, "1e-6..1e30 Pa/m, where there are shapes");
+    faces.assign(s.faces, s.faces + 4 * s.face_count);
     shapes.items.reserve(s.count);
     for (size_t i = 0; i < s.count; ++i) {
-        const Shaped own = copied(s, i);
+        Shaped own = copied(s, i);
         if (own.pad < 0 || own.pad >= count) refuse_number("shapes.pad", i, own.pad, 0, count - 1);
         if (own.body < 0) refuse_number("shapes.body", i, own.body, 0, INT_MAX);
+        if (own.shape.kind == Body::Kind::hull) take_faces(own.shape, i);
         check(own.shape, "shapes", int(i));
         shapes.items.push_back(own);
     }
     bed.reserve(shape.width + around[0] + around[1], shape.height + around[2] + around[3]);
+}
+
+// Gives a hull its faces, which its sizes name. number: of the shape.
+void Touch::Impl::take_faces(Body& hull, size_t number) const {
+    const double all = double(faces.size() / 4), count = hull.size[0], first = hull.size[1];
+    for (const double n : {count, first})
+        if (!(n >= 0 && n <= all && n == std::floor(n) && first + count <= all))
+            refuse_item(number, "shapes.size", hull.size.data(), 3,
+                        "of a hull the number of its faces and its first one");
+    hull.faces = faces.data() + 4 * size_t(first), hull.face_count = size_t(count), hull.size = {0, 0, hull.size[2]};
 }
 
 // Takes the pressures and reports of the last call away.

@@ -77,6 +77,7 @@ struct Touch::Impl {
 
     size_t number_of(int pad) const; // throws Error::bad_input
     void take(const Poses&, const Contacts&, const Shapes&);
+    void take_faces(Body& hull, size_t number) const;
     void clear();
     void list();
     ContactReport pressed_by(int number, double modulus);
@@ -104,10 +105,11 @@ struct Touch::Impl {
     std::vector<Pose> poses;    // of each pad with contacts
     ByPad<Listed> contacts;
     ByPad<Shaped> shapes;
-    std::vector<const Listed*> patches;    // contacts of a pad that press by patches
-    std::vector<Laid> laid;                // the shapes of the body that is being laid below a pad
+    std::vector<double> faces;          // of hulls
+    std::vector<const Listed*> patches; // contacts of a pad that press by patches
+    std::vector<Laid> laid;             // the shapes of the body that is being laid below a pad
     std::vector<double> corners;        // depths at the corners of cells, m
-    Bed bed;                               // room for the cells of a pad and around it, where there are shapes
+    Bed bed;                            // room for the cells of a pad and around it, where there are shapes
 };
 
 void sum_up(ContactReport&, const ContactReport&);

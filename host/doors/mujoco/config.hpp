@@ -16,8 +16,8 @@
 
 namespace dermis::mujoco {
 
-constexpr const char* keys[] = {"scene", "size", "spacing", "pads",   "radius",   "reach",
-                                "patch", "ball", "modulus", "output", "responses"};
+constexpr const char* keys[] = {"scene",     "size",   "spacing", "pads", "radius",  "reach",  "source",
+                                "stiffness", "around", "patch",   "ball", "modulus", "output", "responses"};
 
 [[noreturn]] inline void refuse(const std::string& key, const std::string& value, const std::string& allowed) {
     throw std::invalid_argument(key + " = " + value + "; allowed: " + allowed);
@@ -53,7 +53,10 @@ struct Keys {
         std::vector<double> found;
         for (double x; words >> x;) found.push_back(x);
         if (!words.eof() || found.size() < fewest || found.size() > otherwise.size())
-            refuse(key, value, otherwise.size() == 1 ? "a number" : fewest == 1 ? "1 or 2 numbers" : "2 numbers");
+            refuse(key, value,
+                   otherwise.size() == 1 ? "a number"
+                   : fewest == 1         ? "1 or 2 numbers"
+                                         : std::to_string(fewest) + " numbers");
         for (double x : found)
             if (!(x >= least && x <= most)) refuse(key, number_text(x), number_text(least) + ".." + number_text(most));
         return found;
@@ -81,6 +84,7 @@ struct Config {
             refuse("ball", "0",
                    "above 0 m, of what presses the pad; in its place patch, of each contact, or radius, of the pad");
         read_scene(given);
+        read_source(given);
         read_responses(given);
         const std::string output = given.text("output", "field");
         if (output != "field" && output != "mean") refuse("output", output, "field, mean");
@@ -107,6 +111,8 @@ struct Config {
     std::vector<std::optional<Quantity>> read; // what the sensors give, in this order; empty: the force
     std::vector<double> radii;
     double reach, patch, ball, modulus;
+    contact::Source source;
+    bool bodies; // whether bodies press by their shapes
     bool fields;
     int sensor_numbers; // of all outputs of a pad
 
@@ -127,6 +133,18 @@ struct Config {
         if (!whole.grid.spacing) refuse("scene", path, "a scene with grid.spacing, in metres");
         if (!whole.sites.empty()) refuse("scene", path, "a scene without sites");
         scene = whole;
+    }
+    void read_source(const Keys& given) {
+        const std::string from = given.text("source", "bodies");
+        if (from != "bodies" && from != "contacts") refuse("source", from, "bodies, contacts");
+        bodies = from == "bodies";
+        for (const char* key : {"stiffness", "around"})
+            if (!bodies && !given.text(key).empty()) refuse(key, given.text(key), "none beside source = contacts");
+        const std::vector<double> around = given.numbers("around", 4, {0, 0, 0, 0}, -1e6, 1e6);
+        std::ranges::copy(around, source.around.begin());
+        if (!bodies) return;
+        source.stiffness = given.number("stiffness", 0, 1e-6, 1e30);
+        if (source.stiffness == 0) source.stiffness = contact::skin_stiffness(scene.material);
     }
     void read_responses(const Keys& given) {
         options.responses.clear();

@@ -3,6 +3,7 @@
 // are the pads of one dermis::Skin. Contacts of a site's body press its pad, at each step; the skin's state is in
 // mjData, so that a rollback by mj_setState is one of the skin too. host/examples/SIMULATOR.md lists the keys.
 #include "host/doors/mujoco/config.hpp"
+#include "host/doors/mujoco/shapes.hpp"
 
 #include <cstring>
 #include <map>
@@ -46,7 +47,7 @@ class Instance {
   public:
     Instance(const mjModel* m, int instance)
         : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers)), skin_(config_.skin()),
-          touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear),
+          touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear, config_.source),
           held_(size_t(Config::state_numbers(skin_))) {
         if (pads_.size() != size_t(config_.options.count))
             refuse("pads", std::to_string(config_.options.count),
@@ -61,7 +62,8 @@ class Instance {
         ahead_ = true;
         if (!holds && state[0] == 0) skin_.reset();
         else if (!holds) skin_.load(state + 1, skin_.state_bytes());
-        touch_.add(poses(d), contacts(m, d));
+        const contact::Contacts forces = contacts(m, d);
+        touch_.add(poses(d), forces, shapes_.columns());
         skin_.press(touch_, m->opt.timestep);
         write(d);
         warn(m, d);
@@ -86,7 +88,9 @@ class Instance {
     }
     contact::Contacts contacts(const mjModel* m, mjData* d) {
         pad_.clear();
+        body_.clear();
         table_.clear();
+        shapes_.clear();
         for (int k = 0; k < d->ncon; ++k)
             for (int side = 0; side < 2; ++side) add_contact(m, d, k, side);
         const bool hertz = config_.patch == 0;
@@ -97,6 +101,7 @@ class Instance {
                 .radius = hertz ? nullptr : &config_.patch,
                 .ball = hertz ? &config_.ball : nullptr,
                 .modulus = hertz ? config_.modulus : 0,
+                .body = body_.data(),
                 .position_step = 6,
                 .force_step = 6,
                 .radius_step = 0,
@@ -116,6 +121,7 @@ class Instance {
             if (side == 0) mju_scl3(force, force, -1);                             // it acts on the second geom
             mju_addScl3(place, c.pos, c.frame, (side == 0 ? -0.5 : 0.5) * c.dist); // on this geom's surface
             pad_.push_back(int32_t(p));
+            body_.push_back(config_.bodies ? shapes_.add(m, d, int32_t(p), c.geom[1 - side]) : -1);
             table_.insert(table_.end(), place, place + 3);
             table_.insert(table_.end(), force, force + 3);
         }
@@ -172,7 +178,8 @@ class Instance {
     Skin skin_;
     contact::Touch touch_;
     std::vector<double> places_, axes_, table_; // table_: place and force of each contact
-    std::vector<int32_t> pad_;
+    std::vector<int32_t> pad_, body_;           // of each contact
+    Shapes shapes_;
     std::vector<mjtNum> held_; // the state in mjData that the skin had last; all 0: a skin at rest
     bool ahead_ = false;       // whether the skin is a step ahead of it
     std::set<std::pair<std::string, int>> said_;

@@ -234,6 +234,10 @@ void bind_contact_report(nb::module_& m) {
         .def_ro("too_far", &ContactReport::too_far)
         .def_ro("turned_away", &ContactReport::turned_away)
         .def_ro("level", &ContactReport::level, "m: of add_depths with a stiffness.")
+        .def_ro("by_body", &ContactReport::by_body, "Bodies that press by their shapes.")
+        .def_ro("by_patch", &ContactReport::by_patch, "Contacts of a body that is below no cell: pressed by a patch.")
+        .def_ro("tilted", &ContactReport::tilted, "Bodies whose centre of pressure cannot be their contacts'.")
+        .def_ro("centre_off", &ContactReport::centre_off, "m: the greatest distance between the two.")
         .def_prop_ro("plausible", &ContactReport::plausible,
                      "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
         .def_prop_ro("doubts", &ContactReport::doubts, nb::call_guard<DefaultFloats>(),
@@ -295,6 +299,10 @@ void bind_contact(nb::module_& m) {
         "Return the stiffness, Pa per m, with which add_depths presses a ball's patch with the radius of Hertz's.");
     add_of_ball("hertz_radius", contact::hertz_radius,
                 "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");
+    m.def(
+        "skin_stiffness", [](const Scene& scene) { return contact::skin_stiffness(scene.material); }, nb::arg("scene"),
+        "Return the stiffness of a skin that is held long, Pa per m: the modulus at which its material comes to rest,\n"
+        "over the thickness; 0 where it flows, has moduli by cells, or no thickness.");
     m.def(
         "strain_below_punch",
         [](double indentation, double depth, double radius, double poisson) {

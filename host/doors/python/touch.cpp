@@ -60,12 +60,17 @@ Column<double> sizes_in(nb::handle argument, const char* parameter) {
     return column;
 }
 
-// The numbers of pads, as NumPy makes them: of 32 or of 64 bits.
-Column<int32_t> pads_in(nb::handle argument) {
+void need_count(const char* parameter, size_t given, size_t needed, const char* each) {
+    if (given != needed)
+        scene::refuse(parameter, std::to_string(given) + " of them", std::to_string(needed) + ", one for each " + each);
+}
+
+// Whole numbers, as NumPy makes them: of 32 or of 64 bits.
+Column<int32_t> pads_in(nb::handle argument, const char* parameter) {
     Column<int32_t> column{.array = array_in(argument)};
     const auto& a = column.array;
     const bool whole = a && (a->dtype() == nb::dtype<int64_t>() || a->dtype() == nb::dtype<int32_t>());
-    if (!whole || !has_groups(*a, {})) scene::refuse("pad", description_of(argument), "array of int32 or int64");
+    if (!whole || !has_groups(*a, {})) scene::refuse(parameter, description_of(argument), "array of int32 or int64");
     column.count = a->size();
     column.step = a->ndim() == 0 ? 1 : size_t(a->stride(a->ndim() - 1));
     if (a->dtype() == nb::dtype<int32_t>()) {
@@ -75,61 +80,102 @@ Column<int32_t> pads_in(nb::handle argument) {
     column.own.reserve(column.count);
     for (size_t i = 0; i < column.count; ++i) {
         const int64_t pad = static_cast<const int64_t*>(a->data())[i * column.step];
-        if (int32_t(pad) != pad) scene::refuse("pad", std::to_string(pad), "numbers of pads, from 0 on");
+        if (int32_t(pad) != pad) scene::refuse(parameter, std::to_string(pad), "whole numbers of 32 bits");
         column.own.push_back(int32_t(pad));
     }
     column.data = column.own.data(), column.step = 1;
     return column;
 }
 
+// The shapes of bodies: the columns of dermis.contact.Shapes.
+struct ShapeColumns {
+    Column<int32_t> pad, body, kind;
+    Column<double> size, position, rotation, faces;
+
+    ShapeColumns() = default;
+    explicit ShapeColumns(nb::handle given)
+        : pad(pads_in(given.attr("pad"), "shapes.pad")), body(pads_in(given.attr("body"), "shapes.body")),
+          kind(pads_in(given.attr("kind"), "shapes.kind")), size(column_in(given.attr("size"), "shapes.size", {{3}})),
+          position(column_in(given.attr("position"), "shapes.position", {{3}})),
+          rotation(column_in(given.attr("rotation"), "shapes.rotation", {{3, 3}, {9}})),
+          faces(column_in(given.attr("faces"), "shapes.faces", {{4}})) {
+        const std::pair<const char*, size_t> others[] = {{"shapes.body", body.count},
+                                                         {"shapes.kind", kind.count},
+                                                         {"shapes.size", size.count},
+                                                         {"shapes.position", position.count},
+                                                         {"shapes.rotation", rotation.count}};
+        for (const auto& [name, count] : others) need_count(name, count, pad.count, "shape");
+        if (faces.count > 1 && faces.step != 4) scene::refuse("shapes.faces", "a part of a table", "four columns");
+    }
+    contact::Shapes columns() const {
+        return {.count = pad.count,
+                .pad = pad.data,
+                .body = body.data,
+                .kind = kind.data,
+                .size = size.data,
+                .position = position.data,
+                .rotation = rotation.data,
+                .faces = faces.data,
+                .face_count = faces.count,
+                .pad_step = pad.step,
+                .body_step = body.step,
+                .kind_step = kind.step,
+                .size_step = size.step,
+                .position_step = position.step,
+                .rotation_step = rotation.step};
+    }
+};
+
 contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::handle rotation, nb::handle pad,
                                     nb::handle position, nb::handle force, nb::handle radius, nb::handle ball,
-                                    double modulus) {
+                                    double modulus, nb::handle body, nb::handle shapes) {
     const Column<double> middles = column_in(middle, "middle", {{3}});
     const Column<double> axes = column_in(rotation, "rotation", {{3, 3}, {9}});
-    const Column<int32_t> pads = pads_in(pad);
+    const Column<int32_t> pads = pads_in(pad, "pad");
+    Column<int32_t> bodies;
+    if (!body.is_none()) bodies = pads_in(body, "body");
+    const ShapeColumns listed = shapes.is_none() ? ShapeColumns() : ShapeColumns(shapes);
     const Column<double> places = column_in(position, "position", {{3}}), forces = column_in(force, "force", {{3}});
     const Column<double> radii = sizes_in(radius, "radius"), balls = sizes_in(ball, "ball");
-    if (!radii.data && !balls.data) scene::refuse("radius", "None", "m, of the patches; or ball and modulus");
-    const auto need_count = [](const char* parameter, size_t given, size_t needed) {
-        if (given != needed)
-            scene::refuse(
-                parameter, std::to_string(given) + " of them",
-                std::to_string(needed) + ", one for each " +
-                    (std::string(parameter) == "middle" || std::string(parameter) == "rotation" ? "pad" : "contact"));
-    };
+    if (!radii.data && !balls.data && !bodies.data)
+        scene::refuse("radius", "None", "m, of the patches; or ball and modulus; or body, with shapes");
     Touch& touch = shared.touch;
-    need_count("middle", middles.count, size_t(touch.count()));
-    need_count("rotation", axes.count, size_t(touch.count()));
-    need_count("position", places.count, pads.count);
-    need_count("force", forces.count, pads.count);
-    if (radii.step) need_count("radius", radii.count, pads.count);
-    if (balls.step) need_count("ball", balls.count, pads.count);
+    need_count("middle", middles.count, size_t(touch.count()), "pad");
+    need_count("rotation", axes.count, size_t(touch.count()), "pad");
+    need_count("position", places.count, pads.count, "contact");
+    need_count("force", forces.count, pads.count, "contact");
+    if (radii.step) need_count("radius", radii.count, pads.count, "contact");
+    if (balls.step) need_count("ball", balls.count, pads.count, "contact");
+    if (bodies.data) need_count("body", bodies.count, pads.count, "contact");
     const Poses poses{middles.data, axes.data, middles.step, axes.step};
     const Computing computing(&shared.in_use);
-    return touch.add(poses, {.count = pads.count,
-                             .pad = pads.data,
-                             .position = places.data,
-                             .force = forces.data,
-                             .radius = radii.data,
-                             .ball = balls.data,
-                             .modulus = modulus,
-                             .pad_step = pads.step,
-                             .position_step = places.step,
-                             .force_step = forces.step,
-                             .radius_step = radii.step,
-                             .ball_step = balls.step});
+    return touch.add(poses,
+                     {.count = pads.count,
+                      .pad = pads.data,
+                      .position = places.data,
+                      .force = forces.data,
+                      .radius = radii.data,
+                      .ball = balls.data,
+                      .modulus = modulus,
+                      .body = bodies.data,
+                      .pad_step = pads.step,
+                      .position_step = places.step,
+                      .force_step = forces.step,
+                      .radius_step = radii.step,
+                      .ball_step = balls.step,
+                      .body_step = bodies.step},
+                     listed.columns());
 }
 
 void make_touch(SharedTouch* self, int width, int height, double spacing, int count, double reach, double radius_x,
-                double radius_y, bool tiled, bool shear) {
+                double radius_y, bool tiled, bool shear, double stiffness, const std::array<double, 4>& around) {
     const Pad shape{.width = width,
                     .height = height,
                     .spacing = spacing,
                     .tiled = tiled,
                     .radius_x = radius_x,
                     .radius_y = radius_y};
-    new (self) SharedTouch{.touch = Touch(shape, count, reach, shear)};
+    new (self) SharedTouch{.touch = Touch(shape, count, reach, shear, {stiffness, around})};
 }
 
 std::vector<size_t> shape_of_touch(const Touch& t) {
@@ -141,14 +187,18 @@ std::vector<size_t> shape_of_touch(const Touch& t) {
 void bind_touch(nb::module_& m) {
     nb::class_<SharedTouch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
         .def("__init__", make_touch, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("count"),
-             nb::arg("reach"), nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"))
+             nb::arg("reach"), nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"),
+             nb::arg("stiffness"), nb::arg("around"))
         .def("add", add_to_touch, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
              nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
-             nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0,
+             nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0, nb::arg("body").none() = nb::none(),
+             nb::arg("shapes").none() = nb::none(),
              nb::sig("def add(self, middle: dermis._typing.AnyArray, rotation: dermis._typing.AnyArray, "
                      "pad: dermis._typing.AnyArray, position: dermis._typing.AnyArray, force: dermis._typing.AnyArray, "
                      "radius: float | dermis._typing.AnyArray | None = None, "
-                     "ball: float | dermis._typing.AnyArray | None = None, modulus: float = 0.0) -> ContactReport"),
+                     "ball: float | dermis._typing.AnyArray | None = None, modulus: float = 0.0, "
+                     "body: dermis._typing.AnyArray | None = None, shapes: dermis.contact.Shapes | None = None) "
+                     "-> ContactReport"),
              "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
              "Arrays are float64 and read in place; columns of a table are fine.\n"
              "middle: m, the middle of each pad in the world, of shape (count, 3). rotation: its axes as columns, of\n"
@@ -157,7 +207,10 @@ void bind_touch(nb::module_& m) {
              "3).\n"
              "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact.\n"
              "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
-             "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.")
+             "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.\n"
+             "body: the number of the body of each contact, from 0 on, or -1. shapes: what bodies look like. A body "
+             "with\n"
+             "shapes presses by them: its contacts give force, centre, shear and torsion, its shapes the profile.")
         .def(
             "report",
             [](const SharedTouch& t, int pad) {

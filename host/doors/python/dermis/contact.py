@@ -16,17 +16,21 @@ less than half of it placed, more than a tenth outside, or more than 0.001 lost 
 """
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from typing import Any
+
+import numpy as np
 
 from . import _core
 from ._answers import answered
 from ._core import (Body, Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, fill_depths,
-                    foundation_stiffness, hertz_radius, strain_below_punch)
+                    foundation_stiffness, hertz_radius, skin_stiffness, strain_below_punch)
 from ._core import ContactReport
 
-__all__ = ["Body", "Contact", "ContactReport", "Pad", "Pose", "Touch", "WorldContact", "add_contacts", "add_depths",
-           "add_taxels", "fill_depths", "foundation_stiffness", "hertz_radius", "strain_below_punch"]
+__all__ = ["Body", "Contact", "ContactReport", "Pad", "Pose", "Shapes", "Touch", "WorldContact", "add_contacts",
+           "add_depths", "add_taxels", "fill_depths", "foundation_stiffness", "hertz_radius", "skin_stiffness",
+           "strain_below_punch"]
 _OLD = {"Report": "ContactReport", "depths_of": "fill_depths"}  # until 1.0
 
 
@@ -41,6 +45,29 @@ def __dir__() -> list[str]:
     return __all__
 
 
+@dataclasses.dataclass
+class Shapes:
+    """What bodies look like, in the world: many shapes of one number are one rigid body. One row for each shape; arrays
+    of integers, and of float64, which are read in place.
+
+    pad: the pad below which the shape is. body: its body, from 0 on, as Touch.add names it.
+    kind: a number of KINDS. size: m, of shape (.., 3), as in Body, with zeros behind; of a hull how many faces it has,
+    its first one in faces, and 0. position: m, (.., 3). rotation: axes as columns, (.., 3, 3) or (.., 9).
+    faces: of all hulls, (.., 4): outward normals of length 1, and the offsets in m up to which normal*place is inside.
+    """
+
+    pad: Any
+    body: Any
+    kind: Any
+    size: Any
+    position: Any
+    rotation: Any
+    faces: Any = dataclasses.field(default_factory=lambda: np.empty((0, 4)))
+
+
+KINDS = {"sphere": 0, "capsule": 1, "box": 2, "plane": 3, "cylinder": 4, "ellipsoid": 5, "hull": 6}
+
+
 class Touch(_core.Touch):
     """The contacts of all pads of a skin, in one call from arrays. One thread at a time uses it; others wait.
 
@@ -51,12 +78,17 @@ class Touch(_core.Touch):
     skin: its grid, in metres, and its number of pads are taken. reach: m, as in add_contacts.
     radius_x, radius_y: m, of the surface along x and y at each pad's middle; 0: straight in that direction.
     tiled: as in Pad. shear: whether it keeps tractions too, for a skin that was made with shear.
+    stiffness: Pa/m, of the foundation that bodies with shapes press; None: the skin's own, held long.
+    around: m of the finger's surface beyond the pad's borders x = 0, x = width, y = 0 and y = height, which carries its
+    part of the force; below 0: so much of the pad is beyond the finger's border.
     """
 
     @answered
     def __init__(self, skin: _core.Skin, reach: float, *, radius_x: float = 0.0, radius_y: float = 0.0,
-                 tiled: bool = False, shear: bool = False) -> None:
+                 tiled: bool = False, shear: bool = False, stiffness: float | None = None,
+                 around: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> None:
         scene = skin.scene
         if scene.spacing is None:
             _core.refuse("skin", skin, "a skin whose scene gives grid.spacing in metres")
-        super().__init__(scene.width, scene.height, scene.spacing, skin.count, reach, radius_x, radius_y, tiled, shear)
+        super().__init__(scene.width, scene.height, scene.spacing, skin.count, reach, radius_x, radius_y, tiled, shear,
+                         skin_stiffness(scene) if stiffness is None else stiffness, around)
