@@ -341,7 +341,12 @@ typedef struct dermis_contact_report {
     int32_t too_far;     // contacts in the world with a force farther from the pad's surface than reach
     int32_t turned_away; // contacts in the world whose force does not push into the pad
     double shear_x, shear_y; // N: of contacts in the world that press the pad, the sum of their forces along its x and
-                             // y. A program that gives the size without these two gets the others
+                             // y. A program that gives the size without these two and what follows gets the others
+    // Of dermis_touch_add_shapes; contact.hpp says more:
+    int32_t by_body;   // bodies that press by their shapes
+    int32_t by_patch;  // contacts of a body that is below no cell: they press by their patch
+    int32_t tilted;    // bodies whose centre of pressure cannot be their contacts'
+    double centre_off; // m: the greatest distance between the two
 } dermis_contact_report;
 // Writes the sentences that say why a report is not plausible, or "". text: size bytes, 400 are enough for all.
 DERMIS_API dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size);
@@ -388,14 +393,15 @@ enum {
     DERMIS_BOX = 2,
     DERMIS_PLANE = 3,
     DERMIS_CYLINDER = 4,
-    DERMIS_ELLIPSOID = 5
+    DERMIS_ELLIPSOID = 5,
+    DERMIS_HULL = 6 // of dermis_shapes alone
 };
 // A rigid body in the world. sphere: extent[0] is its radius. capsule: a cylinder along z between two half balls;
 // radius and half its length. box: half its length along x, y and z. plane: all below z = 0 of its frame. cylinder:
 // along z; radius and half its length. ellipsoid: half its length along x, y and z.
 typedef struct dermis_body {
     size_t size;           // sizeof(dermis_body)
-    dermis_body_kind kind; // one of the six above
+    dermis_body_kind kind; // one of the first six above
     double extent[3];      // m, above 0, at most 1e6; numbers that a kind does not use are 0
     dermis_pose pose;      // of the body's middle; of a plane any point of it
 } dermis_body;
@@ -440,6 +446,12 @@ typedef struct dermis_touch dermis_touch;
 // own. count: pads, 1..1048576. reach: m, >= 0, below the pads' radii. shear: 1: tractions are kept too, else 0.
 DERMIS_API dermis_status dermis_touch_create(const dermis_contact_pad* shape, int32_t count, double reach,
                                              int32_t shear, dermis_touch** touch);
+// The same for bodies with shapes, which press as on an elastic foundation; touch.hpp says more. stiffness: Pa/m,
+// 1e-6..1e30. around: NULL, or four numbers, m: the finger's surface beyond the pad's borders x = 0, x = width, y = 0
+// and y = height; below 0: so much less.
+DERMIS_API dermis_status dermis_touch_create_on(const dermis_contact_pad* shape, int32_t count, double reach,
+                                                int32_t shear, double stiffness, const double* around,
+                                                dermis_touch** touch);
 // Where pads are: the numbers of pad i begin i*step doubles behind the first ones.
 typedef struct dermis_poses {
     const double* position; // m, -1e6..1e6: three numbers, the middle of the pad
@@ -458,11 +470,32 @@ typedef struct dermis_contacts {
     const double* ball;     // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
     double modulus;         // Pa, > 0; 0 beside radius
     size_t pad_step, position_step, force_step, radius_step, ball_step; // usually 1, 3, 3, 1, 1
+    const int32_t* body; // of dermis_touch_add_shapes: the body of each contact, 0 or more, or -1. NULL: all -1
+    size_t body_step;    // usually 1
 } dermis_contacts;
 // Takes away what the last call added, and adds contacts. poses: NULL is allowed if there is no contact. report: of all
 // pads: sums, and the greatest pressure.
 DERMIS_API dermis_status dermis_touch_add(dermis_touch* touch, const dermis_poses* poses,
                                           const dermis_contacts* contacts, dermis_contact_report* report);
+// What bodies look like, in the world: many shapes of one number are one rigid body. The numbers of shape i begin
+// i*step behind the first ones.
+typedef struct dermis_shapes {
+    size_t size;                  // sizeof(dermis_shapes)
+    size_t count;                 // the other members are ignored where it is 0
+    const int32_t *pad, *body;    // the pad below which the shape is, and its body, 0 or more
+    const dermis_body_kind* kind; // of each shape
+    const double* extent;         // m, three numbers, as in dermis_body; of a hull how many faces it has, its first one
+                                  // among faces, and 0
+    const double *position, *rotation; // three and nine numbers, as of poses: the shape's frame
+    const double* faces; // of all hulls, four numbers for each: an outward normal n of length 1, and the offset m up to
+                         // which n*place is inside, m; in the hull's frame. NULL where there is no hull
+    size_t face_count;   // 0..16777216
+    size_t pad_step, body_step, kind_step, extent_step, position_step, rotation_step; // usually 1, 1, 1, 3, 3, 9
+} dermis_shapes;
+// As dermis_touch_add, and the bodies that contacts name press by their shapes.
+DERMIS_API dermis_status dermis_touch_add_shapes(dermis_touch* touch, const dermis_poses* poses,
+                                                 const dermis_contacts* contacts, const dermis_shapes* shapes,
+                                                 dermis_contact_report* report);
 // The report of one pad of the last call. pad: 0..count-1.
 DERMIS_API dermis_status dermis_touch_get_report(const dermis_touch* touch, int32_t pad, dermis_contact_report* report);
 // Pa: width*height pressures of each pad, row 0 first; numbers: how many. traction may be NULL; it becomes as many

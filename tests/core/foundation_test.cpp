@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Pads that bodies press by their shapes: forces, centres and profiles against closed forms of an elastic foundation.
 #include "dermis/touch.hpp"
+#include "host/core/contact/loops.hpp"
 #include "tests/contacts.hpp"
 #include "tests/expected.hpp"
+
+#include <cstring>
 
 using namespace test::contacts;
 using test::absolute, test::relative;
@@ -31,21 +34,23 @@ struct Grip {
         points.insert(points.end(), at.begin(), at.end());
         forces.insert(forces.end(), force.begin(), force.end());
     }
-    const ContactReport& press() {
-        const Contacts c{.count = on.size(),
-                         .pad = on.data(),
-                         .position = points.data(),
-                         .force = forces.data(),
-                         .body = named.data()};
-        const Shapes s{.count = kinds.size(),
-                       .pad = pads.data(),
-                       .body = bodies.data(),
-                       .kind = kinds.data(),
-                       .size = sizes.data(),
-                       .position = places.data(),
-                       .rotation = turns.data()};
-        return touch.add({origin.data(), upright.data()}, c, s);
+    Contacts contacts() const {
+        return {.count = on.size(),
+                .pad = on.data(),
+                .position = points.data(),
+                .force = forces.data(),
+                .body = named.data()};
     }
+    Shapes shapes() const {
+        return {.count = kinds.size(),
+                .pad = pads.data(),
+                .body = bodies.data(),
+                .kind = kinds.data(),
+                .size = sizes.data(),
+                .position = places.data(),
+                .rotation = turns.data()};
+    }
+    const ContactReport& press() { return touch.add({origin.data(), upright.data()}, contacts(), shapes()); }
     double of(int x, int y) const { return touch.pressure()[y * touch.shape().width + x]; }
     double greatest() const { return *std::max_element(touch.pressure(), touch.pressure() + cells()); }
     int cells() const { return touch.shape().width * touch.shape().height; }
@@ -257,3 +262,127 @@ TEST_CASE("A ball that moves by a millionth of a cell changes its pressures by a
         CHECK(difference(pressed(1e-6 * spacing), pressed(0)) <= 1e-5);
     }
 }
+
+TEST_CASE("A hull of the faces of a box has the box's depths, and a prism of 48 sides nearly those of a cylinder") {
+    const double a = 3e-3, b = 5e-3, c = 2e-3;
+    const double faces[] = {1, 0, 0, a, -1, 0, 0, a, 0, 1, 0, b, 0, -1, 0, b, 0, 0, 1, c, 0, 0, -1, c};
+    Buffer on(24, 16);
+    const double quaternion[] = {0.9, 0.1, -0.05, 0.2}, place[] = {1e-3, 0, 1.5e-3};
+    const Pose pose = Pose::from_quaternion(place, quaternion), at = Pose().from_middle(on.pad);
+    std::vector<float> box(24 * 16), hull(24 * 16);
+    fill_depths(on.pad, at, {Body::Kind::box, {a, b, c}, pose}, box.data());
+    fill_depths(on.pad, at, {Body::Kind::hull, {}, pose, faces, 6}, hull.data());
+    for (size_t i = 0; i < box.size(); ++i) CHECK(std::abs(box[i] - hull[i]) <= 1e-9);
+
+    const double radius = 15e-3;
+    std::vector<double> prism = {0, 0, 1, 0.04, 0, 0, -1, 0.04};
+    for (int i = 0; i < 48; ++i)
+        prism.insert(prism.end(), {std::cos(2 * pi * i / 48), std::sin(2 * pi * i / 48), 0, radius});
+    Pose lying;
+    lying.position = {0, 0, radius}, lying.rotation = {1, 0, 0, 0, 0, 1, 0, -1, 0};
+    std::vector<float> round(24 * 16), sided(24 * 16);
+    fill_depths(on.pad, at, {Body::Kind::cylinder, {radius, 0.04}, lying}, round.data());
+    fill_depths(on.pad, at, {Body::Kind::hull, {}, lying, prism.data(), 50}, sided.data());
+    for (size_t i = 0; i < round.size(); ++i) CHECK(std::abs(round[i] - sided[i]) <= 0.0022 * radius);
+    CHECK_THROWS_WITH_AS(fill_depths(on.pad, at, {Body::Kind::hull, {}, lying, prism.data(), 3}, sided.data()),
+                         "body.face_count = 3; allowed: 4..65536", dermis::Error);
+    prism[1] = 0.5;
+    CHECK_THROWS_AS(fill_depths(on.pad, at, {Body::Kind::hull, {}, lying, prism.data(), 50}, sided.data()),
+                    dermis::Error);
+}
+
+TEST_CASE("Pads of a batch have the pressures of single pads, and contacts split in two those of one") {
+    Random random;
+    Grip many(13, 11, 1e-3, {stiffness, {2e-3, 0, 0, 1e-3}}, 0, true);
+    const auto filled = [&](Grip& s, uint64_t seed, bool split) {
+        random.bits.seed(seed);
+        const double x = random.within(-6e-3, 6e-3), y = random.within(-5e-3, 5e-3), force = random.decades(-2, 1);
+        s.shape(Body::Kind(seed % 3 == 0   ? 2
+                           : seed % 3 == 1 ? 4
+                                           : 5),
+                {3e-3, 5e-3, seed % 3 == 1 ? 0 : 4e-3}, {x, y, seed % 3 == 0 ? 4e-3 : 5e-3});
+        for (int part = 0; part < (split ? 2 : 1); ++part)
+            s.push({x, y, 0}, {0.1 * force / (split ? 2 : 1), 0, -force / (split ? 2 : 1)});
+    };
+    for (uint64_t seed = 1; seed <= 12; ++seed) {
+        Grip one(13, 11, 1e-3, {stiffness, {2e-3, 0, 0, 1e-3}}, 0, true),
+            two(13, 11, 1e-3, {stiffness, {2e-3, 0, 0, 1e-3}}, 0, true);
+        filled(one, seed, false), filled(two, seed, true);
+        one.press(), two.press();
+        const auto of = [](const Grip& s) {
+            return std::vector<float>(s.touch.pressure(), s.touch.pressure() + s.cells());
+        };
+        CHECK(difference(of(two), of(one)) <= 1e-5);
+        // The same pad as the second of three, whose neighbours are pressed by other things.
+        Touch batch({.width = 13, .height = 11, .spacing = 1e-3}, 3, 1e-3, true, {stiffness, {2e-3, 0, 0, 1e-3}});
+        Grip other(13, 11, 1e-3);
+        filled(other, seed + 1, false);
+        Grip all = std::move(other);
+        all.pads[0] = all.on[0] = 2;
+        filled(all, seed, false);
+        all.pads[1] = all.on[1] = 1;
+        const std::vector<double> middles(9), axes = [] {
+            std::vector<double> a;
+            for (int i = 0; i < 3; ++i) a.insert(a.end(), Grip::upright.begin(), Grip::upright.end());
+            return a;
+        }();
+        batch.add({middles.data(), axes.data()}, all.contacts(), all.shapes());
+        CHECK(std::memcmp(batch.pressure() + one.cells(), one.touch.pressure(), sizeof(float) * size_t(one.cells())) ==
+              0);
+        for (int axis = 0; axis < 2; ++axis)
+            CHECK(std::memcmp(batch.traction() + (3 * axis + 1) * one.cells(),
+                              one.touch.traction() + axis * one.cells(), sizeof(float) * size_t(one.cells())) == 0);
+    }
+}
+
+#ifdef DERMIS_X86_64
+TEST_CASE("Loops over cells have the same bits with every instruction set") {
+    if (!__builtin_cpu_supports("avx2")) return;
+    Random random;
+    for (int draw = 0; draw < 200; ++draw) {
+        const int width = 1 + int(random.bits() % 40), height = 1 + int(random.bits() % 90),
+                  pitch = (width + 7) / 8 * 8;
+        const size_t cells = size_t(pitch) * size_t(height);
+        LineRow lines{};
+        const double quaternion[] = {random.within(-1, 1), random.within(-1, 1), random.within(-1, 1), 1},
+                     origin[] = {0, 0, 0};
+        const Pose turn = Pose::from_quaternion(origin, quaternion);
+        lines.flat = true, lines.deepest = 1e6;
+        for (size_t k = 0; k < 3; ++k) {
+            lines.origin[k] = random.within(-0.02, 0.02);
+            lines.step_x[k] = 1e-3 * turn.rotation[3 * k], lines.step_y[k] = 1e-3 * turn.rotation[3 * k + 1];
+            lines.down[k] = -turn.rotation[3 * k + 2];
+        }
+        const double faces[] = {1, 0,  0, 0.02, -1, 0, 0, 0.02, 0, 1, 0,  0.01,
+                                0, -1, 0, 0.01, 0,  0, 1, 0.03, 0, 0, -1, 0.03};
+        lines.faces = faces, lines.face_count = 6;
+        const double size[] = {random.within(5e-3, 0.03), random.within(5e-3, 0.03), random.within(5e-3, 0.03)};
+        const auto run = [&](const CellLoops& l) {
+            std::vector<double> deep(cells, not_below);
+            std::vector<float> depth(cells), share(cells), excess(cells), pad(size_t(width) * size_t(height)), x = pad,
+                                                                                                               y = pad;
+            l.deepen(draw % 7, size, lines, {0, 0, width, height, size_t(pitch)}, deep.data());
+            const double deepest = l.settle(deep.data(), cells, depth.data(), share.data());
+            const BedCells bed{width, height, size_t(pitch), depth.data(), share.data()};
+            double n, e;
+            Sums sums;
+            l.level(bed, 1e-3f, 1, &n, &e);
+            l.sums(bed, {1e-3, 1e-5, -2e-5}, &sums);
+            const double sum = l.write(bed, {1e-3, 1e-5, -2e-5}, excess.data());
+            const Gained g = l.add({width, height, size_t(width), size_t(pitch), excess.data(), 3.7f, pad.data(),
+                                    x.data(), y.data(), 0.1f, 0.2f, 0.03f});
+            std::string bytes;
+            const auto keep = [&](const void* from, size_t count) {
+                bytes.append(static_cast<const char*>(from), count);
+            };
+            for (const auto* v : {&depth, &share, &excess, &pad, &x, &y}) keep(v->data(), v->size() * sizeof(float));
+            for (const double d : {deepest, n, e, sum, g.pressed, g.x, g.y, g.placed, double(g.greatest),
+                                   double(g.cells), double(g.left), double(g.right), double(g.top), double(g.bottom)})
+                keep(&d, sizeof d);
+            keep(deep.data(), deep.size() * sizeof(double)), keep(&sums, sizeof sums);
+            return bytes;
+        };
+        CHECK(run(plain_loops) == run(avx2_loops));
+    }
+}
+#endif

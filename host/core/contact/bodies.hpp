@@ -2,7 +2,7 @@
 // How deep bodies reach below the cells of a pad.
 #pragma once
 
-#include "host/core/contact/cells.hpp"
+#include "host/core/contact/loops.hpp"
 #include "host/core/contact/landing.hpp"
 
 namespace dermis::contact {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "dermis/contact.hpp"
-#include "host/core/contact/cells.hpp"
+#include "host/core/contact/loops.hpp"
 
 #include <vector>
 

@@ -27,7 +27,7 @@ contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argume
 }
 
 void dermis::c::need_report(const dermis_contact_report* report) {
-    need_size(report, "report", offsetof(dermis_contact_report, shear_x));
+    need_size(report, "report", offsetof(dermis_contact_report, shear_x), offsetof(dermis_contact_report, by_body));
 }
 
 void dermis::c::fill(dermis_contact_report* to, const contact::ContactReport& r) {
@@ -46,7 +46,11 @@ void dermis::c::fill(dermis_contact_report* to, const contact::ContactReport& r)
                                          .too_far = r.too_far,
                                          .turned_away = r.turned_away,
                                          .shear_x = r.shear[0],
-                                         .shear_y = r.shear[1]};
+                                         .shear_y = r.shear[1],
+                                         .by_body = r.by_body,
+                                         .by_patch = r.by_patch,
+                                         .tilted = r.tilted,
+                                         .centre_off = r.centre_off};
     std::memcpy(to, &whole, size);
 }
 
@@ -142,7 +146,8 @@ dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const dermis_pos
     return guarded([&] {
         need_size(body, "body");
         if (body->kind < DERMIS_SPHERE || body->kind > DERMIS_ELLIPSOID)
-            dermis::scene::refuse("body->kind", std::to_string(body->kind), "DERMIS_SPHERE (0) .. DERMIS_ELLIPSOID (5)");
+            dermis::scene::refuse("body->kind", std::to_string(body->kind),
+                                  "DERMIS_SPHERE (0) .. DERMIS_ELLIPSOID (5)");
         const contact::Body made{.kind = contact::Body::Kind(body->kind),
                                  .size = {body->extent[0], body->extent[1], body->extent[2]},
                                  .pose = pose_of(&body->pose)};
@@ -183,18 +188,33 @@ dermis_status dermis_add_taxels(const dermis_contact_pad* pad, const dermis_taxe
 
 dermis_status dermis_touch_create(const dermis_contact_pad* shape, int32_t count, double reach, int32_t shear,
                                   dermis_touch** touch) {
+    return dermis_touch_create_on(shape, count, reach, shear, 0, nullptr, touch);
+}
+
+dermis_status dermis_touch_create_on(const dermis_contact_pad* shape, int32_t count, double reach, int32_t shear,
+                                     double stiffness, const double* around, dermis_touch** touch) {
     return guarded([&] {
         need_output(touch, "touch");
         const bool sheared = flag(shear, "shear");
-        *touch = new dermis_touch{contact::Touch(pad_of(shape, "shape"), count, reach, sheared)};
+        contact::Source source{.stiffness = stiffness};
+        if (around) std::copy_n(around, 4, source.around.begin());
+        *touch = new dermis_touch{contact::Touch(pad_of(shape, "shape"), count, reach, sheared, source)};
     });
 }
 
 dermis_status dermis_touch_add(dermis_touch* touch, const dermis_poses* poses, const dermis_contacts* contacts,
                                dermis_contact_report* report) {
+    dermis_shapes none = {};
+    none.size = sizeof none;
+    return dermis_touch_add_shapes(touch, poses, contacts, &none, report);
+}
+
+dermis_status dermis_touch_add_shapes(dermis_touch* touch, const dermis_poses* poses, const dermis_contacts* contacts,
+                                      const dermis_shapes* shapes, dermis_contact_report* report) {
     return guarded([&] {
         need_pointer(touch, "touch");
-        need_size(contacts, "contacts");
+        need_size(contacts, "contacts", offsetof(dermis_contacts, body));
+        need_size(shapes, "shapes");
         need_report(report);
         if (contacts->count > 0) need_pointer(poses, "poses");
         const contact::Poses where = poses ? contact::Poses{.position = poses->position,
@@ -202,18 +222,35 @@ dermis_status dermis_touch_add(dermis_touch* touch, const dermis_poses* poses, c
                                                             .position_step = poses->position_step,
                                                             .rotation_step = poses->rotation_step}
                                            : contact::Poses{};
-        fill(report, touch->touch.add(where, {.count = contacts->count,
-                                              .pad = contacts->pad,
-                                              .position = contacts->position,
-                                              .force = contacts->force,
-                                              .radius = contacts->radius,
-                                              .ball = contacts->ball,
-                                              .modulus = contacts->modulus,
-                                              .pad_step = contacts->pad_step,
-                                              .position_step = contacts->position_step,
-                                              .force_step = contacts->force_step,
-                                              .radius_step = contacts->radius_step,
-                                              .ball_step = contacts->ball_step}));
+        contact::Contacts forces{.count = contacts->count,
+                                 .pad = contacts->pad,
+                                 .position = contacts->position,
+                                 .force = contacts->force,
+                                 .radius = contacts->radius,
+                                 .ball = contacts->ball,
+                                 .modulus = contacts->modulus,
+                                 .pad_step = contacts->pad_step,
+                                 .position_step = contacts->position_step,
+                                 .force_step = contacts->force_step,
+                                 .radius_step = contacts->radius_step,
+                                 .ball_step = contacts->ball_step};
+        if (contacts->size == sizeof *contacts) forces.body = contacts->body, forces.body_step = contacts->body_step;
+        fill(report, touch->touch.add(where, forces,
+                                      {.count = shapes->count,
+                                       .pad = shapes->pad,
+                                       .body = shapes->body,
+                                       .kind = shapes->kind,
+                                       .size = shapes->extent,
+                                       .position = shapes->position,
+                                       .rotation = shapes->rotation,
+                                       .faces = shapes->faces,
+                                       .face_count = shapes->face_count,
+                                       .pad_step = shapes->pad_step,
+                                       .body_step = shapes->body_step,
+                                       .kind_step = shapes->kind_step,
+                                       .size_step = shapes->extent_step,
+                                       .position_step = shapes->position_step,
+                                       .rotation_step = shapes->rotation_step}));
     });
 }
 

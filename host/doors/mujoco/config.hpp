@@ -97,6 +97,28 @@ struct Config {
     contact::Pad shape() const {
         return {scene.grid.width, scene.grid.height, *scene.grid.spacing, nullptr, 0, false, radii[0], radii[1]};
     }
+    // The source of pads. faces: how far the boxes on which pads lie go on beyond them. Without the key `around` it is
+    // that, if all pads have such a face and the same one; on a round pad it is 8 cells, or what there is up to a
+    // quarter turn; else 0.
+    contact::Source source_on(const std::vector<std::array<double, 4>>& faces) const {
+        contact::Source made = source;
+        if (knows_around || !bodies) return made;
+        const double spacing = *scene.grid.spacing;
+        const int sides[] = {scene.grid.width, scene.grid.height};
+        if (radii[0] == 0 && radii[1] == 0) {
+            const bool same = faces.size() == size_t(options.count) && std::ranges::all_of(faces, [&](const auto& f) {
+                                  return std::ranges::equal(f, faces[0], [&](double a, double b) {
+                                      return std::abs(a - b) < 1e-3 * spacing;
+                                  });
+                              });
+            for (size_t k = 0; same && k < 4; ++k)
+                made.around[k] = std::clamp(faces[0][k], -sides[k / 2] * spacing, sides[k / 2] * spacing);
+            return made;
+        }
+        for (size_t k = 0; k < 4; ++k)
+            made.around[k] = std::clamp(0.5 * (M_PI * radii[k / 2] - sides[k / 2] * spacing), 0.0, 8 * spacing);
+        return made;
+    }
     Skin skin() const { return {Device::cpu(1), scene, options}; }
     size_t cells() const { return size_t(scene.grid.width) * size_t(scene.grid.height); }
     // The numbers of an output of a pad.
@@ -112,7 +134,8 @@ struct Config {
     std::vector<double> radii;
     double reach, patch, ball, modulus;
     contact::Source source;
-    bool bodies; // whether bodies press by their shapes
+    bool bodies;       // whether bodies press by their shapes
+    bool knows_around; // whether `around` is given
     bool fields;
     int sensor_numbers; // of all outputs of a pad
 
@@ -140,8 +163,8 @@ struct Config {
         bodies = from == "bodies";
         for (const char* key : {"stiffness", "around"})
             if (!bodies && !given.text(key).empty()) refuse(key, given.text(key), "none beside source = contacts");
-        const std::vector<double> around = given.numbers("around", 4, {0, 0, 0, 0}, -1e6, 1e6);
-        std::ranges::copy(around, source.around.begin());
+        knows_around = !given.text("around").empty();
+        std::ranges::copy(given.numbers("around", 4, {0, 0, 0, 0}, -1e6, 1e6), source.around.begin());
         if (!bodies) return;
         source.stiffness = given.number("stiffness", 0, 1e-6, 1e30);
         if (source.stiffness == 0) source.stiffness = contact::skin_stiffness(scene.material);

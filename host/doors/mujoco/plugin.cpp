@@ -43,11 +43,42 @@ std::vector<Pad> pads_of(const mjModel* m, int instance, int length) {
     return pads;
 }
 
+// How far the face of a box goes on beyond the border of each pad that lies on one, m: along x down and up, then along
+// y.
+std::vector<std::array<double, 4>> faces_of(const mjModel* m, const Config& config, const std::vector<Pad>& pads) {
+    std::vector<std::array<double, 4>> found;
+    const double half[] = {0.5 * config.scene.grid.width * *config.scene.grid.spacing,
+                           0.5 * config.scene.grid.height * *config.scene.grid.spacing};
+    for (const Pad& pad : pads)
+        for (int g = m->body_geomadr[pad.body]; g < m->body_geomadr[pad.body] + m->body_geomnum[pad.body]; ++g) {
+            mjtNum turn[4], to[4], between[3], place[3], axes[9];
+            mju_negQuat(to, m->geom_quat + 4 * g);
+            mju_sub3(between, m->site_pos + 3 * pad.site, m->geom_pos + 3 * g);
+            mju_rotVecQuat(place, between, to); // the site's in the frame of the box
+            mju_mulQuat(turn, to, m->site_quat + 4 * pad.site);
+            mju_quat2Mat(axes, turn);
+            const mjtNum* size = m->geom_size + 3 * g;
+            const auto along = [&](int axis) { // which axis of the box it is along, or -1
+                for (int k = 0; k < 3; ++k)
+                    if (std::abs(axes[3 * k + axis]) > 1 - 1e-6) return k;
+                return -1;
+            };
+            const int x = along(0), y = along(1), z = along(2);
+            if (m->geom_type[g] != mjGEOM_BOX || x < 0 || y < 0 || z < 0) continue;
+            if (std::abs(place[z] * axes[3 * z + 2] - size[z]) > 1e-3 * size[z]) continue;
+            const double at_x = place[x] * axes[3 * x], at_y = place[y] * axes[3 * y + 1];
+            found.push_back({size[x] + at_x - half[0], size[x] - at_x - half[0], size[y] + at_y - half[1],
+                             size[y] - at_y - half[1]});
+        }
+    return found;
+}
+
 class Instance {
   public:
     Instance(const mjModel* m, int instance)
         : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers)), skin_(config_.skin()),
-          touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear, config_.source),
+          touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear,
+                 config_.source_on(faces_of(m, config_, pads_))),
           held_(size_t(Config::state_numbers(skin_))) {
         if (pads_.size() != size_t(config_.options.count))
             refuse("pads", std::to_string(config_.options.count),

@@ -168,14 +168,18 @@ contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::
 }
 
 void make_touch(SharedTouch* self, int width, int height, double spacing, int count, double reach, double radius_x,
-                double radius_y, bool tiled, bool shear, double stiffness, const std::array<double, 4>& around) {
+                double radius_y, bool tiled, bool shear, double stiffness, const Numbers& around) {
     const Pad shape{.width = width,
                     .height = height,
                     .spacing = spacing,
                     .tiled = tiled,
                     .radius_x = radius_x,
                     .radius_y = radius_y};
-    new (self) SharedTouch{.touch = Touch(shape, count, reach, shear, {stiffness, around})};
+    contact::Source source{.stiffness = stiffness};
+    const std::vector<double> four = numbers_in(around, "around");
+    if (four.size() != 4) scene::refuse("around", std::to_string(four.size()) + " numbers", "4 numbers, m");
+    std::ranges::copy(four, source.around.begin());
+    new (self) SharedTouch{.touch = Touch(shape, count, reach, shear, source)};
 }
 
 std::vector<size_t> shape_of_touch(const Touch& t) {

@@ -141,6 +141,11 @@ int main(void) {
     SIZE(dermis_contact_pad);
     OFFSET(dermis_contact_report, shear_x);
     OFFSET(dermis_contact_report, shear_y);
+    EARLIER_SIZE(dermis_contact_report, by_body);
+    OFFSET(dermis_contact_report, by_body);
+    OFFSET(dermis_contact_report, by_patch);
+    OFFSET(dermis_contact_report, tilted);
+    OFFSET(dermis_contact_report, centre_off);
     SIZE(dermis_contact_report);
     OFFSET(dermis_skin_options, shear);
     OFFSET(dermis_skin_options, sa2_stretch);
@@ -157,6 +162,7 @@ int main(void) {
     NUMBER(DERMIS_PLANE);
     NUMBER(DERMIS_CYLINDER);
     NUMBER(DERMIS_ELLIPSOID);
+    NUMBER(DERMIS_HULL);
     SIZE(dermis_body);
     OFFSET(dermis_body, kind);
     OFFSET(dermis_body, extent);
@@ -166,7 +172,7 @@ int main(void) {
     OFFSET(dermis_poses, rotation);
     OFFSET(dermis_poses, position_step);
     OFFSET(dermis_poses, rotation_step);
-    SIZE(dermis_contacts);
+    EARLIER_SIZE(dermis_contacts, body);
     OFFSET(dermis_contacts, count);
     OFFSET(dermis_contacts, pad);
     OFFSET(dermis_contacts, position);
@@ -179,5 +185,24 @@ int main(void) {
     OFFSET(dermis_contacts, force_step);
     OFFSET(dermis_contacts, radius_step);
     OFFSET(dermis_contacts, ball_step);
+    OFFSET(dermis_contacts, body);
+    OFFSET(dermis_contacts, body_step);
+    SIZE(dermis_contacts);
+    SIZE(dermis_shapes);
+    OFFSET(dermis_shapes, count);
+    OFFSET(dermis_shapes, pad);
+    OFFSET(dermis_shapes, body);
+    OFFSET(dermis_shapes, kind);
+    OFFSET(dermis_shapes, extent);
+    OFFSET(dermis_shapes, position);
+    OFFSET(dermis_shapes, rotation);
+    OFFSET(dermis_shapes, faces);
+    OFFSET(dermis_shapes, face_count);
+    OFFSET(dermis_shapes, pad_step);
+    OFFSET(dermis_shapes, body_step);
+    OFFSET(dermis_shapes, kind_step);
+    OFFSET(dermis_shapes, extent_step);
+    OFFSET(dermis_shapes, position_step);
+    OFFSET(dermis_shapes, rotation_step);
     return 0;
 }

@@ -271,11 +271,11 @@ static void bodies(void) {
     CHECK(dermis_fill_depths(&on, &pose, &ball, depth, 0) == DERMIS_OK && fabs(depth[1 * 4 + 2] - 1e-4) < 1e-9);
     ball.kind = DERMIS_BOX;
     REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body.size[1] = 0; allowed: above 0");
-    ball.kind = 4;
+    ball.kind = 6;
     REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0),
             "body->kind = 6; allowed: DERMIS_SPHERE (0) .. DERMIS_ELLIPSOID");
     REFUSED(dermis_fill_depths(&on, &pose, NULL, depth, 0), "body = (null)");
-    REFUSED(dermis_fill_depths(&on, NULL, &ball, depth, 0), "body->kind = 4");
+    REFUSED(dermis_fill_depths(&on, NULL, &ball, depth, 0), "body->kind = 6");
 }
 
 static void depths_and_taxels(void) {
@@ -313,6 +313,54 @@ static void depths_and_taxels(void) {
     taxels.size = 1;
     REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels->size = 1");
     REFUSED(dermis_add_taxels(&on, NULL, &report), "taxels = (null)");
+}
+
+/* A box finger half on a box: its contacts are on the border, and the whole force is on the half that is below. */
+static void bodies_press_by_their_shapes(void) {
+    const dermis_contact_pad shape = {.size = sizeof shape, .width = 8, .height = 8, .spacing = 1e-3};
+    const double middle[] = {0, 0, 0}, upright[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, box[] = {4e-3, 8e-3, 1e-2},
+                 place[] = {4e-3, 0, 1e-2}, around[] = {0, 0, 0, -2e-3};
+    const double points[] = {0, -4e-3, 0, 0, 0, -1, 4e-3, 2e-3, 0, 0, 0, -1};
+    const dermis_body_kind kind = DERMIS_BOX;
+    const int32_t pads[] = {0, 0}, bodies[] = {3, 3};
+    const dermis_poses poses = {
+        .position = middle, .rotation = upright, .position_step = 3, .rotation_step = 9};
+    dermis_contacts contacts = {.size = sizeof contacts,
+                                .count = 2,
+                                .pad = pads,
+                                .position = points,
+                                .force = points + 3,
+                                .pad_step = 1,
+                                .position_step = 6,
+                                .force_step = 6,
+                                .body = bodies,
+                                .body_step = 1};
+    dermis_shapes shapes = {.size = sizeof shapes,
+                            .count = 1,
+                            .pad = pads,
+                            .body = bodies,
+                            .kind = &kind,
+                            .extent = box,
+                            .position = place,
+                            .rotation = upright};
+    dermis_contact_report report = {.size = sizeof report};
+    dermis_touch* touch = NULL;
+    const float* pressure = NULL;
+    size_t numbers = 0;
+    REFUSED(dermis_touch_create_on(&shape, 1, 1e-3, 0, -1, around, &touch), "source.stiffness = -1; allowed: 1e-6");
+    CHECK(dermis_touch_create_on(&shape, 1, 1e-3, 0, 5e7, around, &touch) == DERMIS_OK);
+    CHECK(dermis_touch_get_pressure(touch, &pressure, NULL, &numbers) == DERMIS_OK);
+    CHECK(dermis_touch_add_shapes(touch, &poses, &contacts, &shapes, &report) == DERMIS_OK);
+    CHECK(near(report.placed, 2) && report.by_body == 1 && report.by_patch == 0 && report.tilted == 0);
+    CHECK(pressure[3] == 0 && pressure[4] > 0 && pressure[7 * 8 + 7] == 0); /* the last two rows have no finger */
+    contacts.size = offsetof(dermis_contacts, body);
+    REFUSED(dermis_touch_add_shapes(touch, &poses, &contacts, &shapes, &report), "contacts.ball = null");
+    contacts.size = sizeof contacts;
+    shapes.kind = NULL;
+    REFUSED(dermis_touch_add_shapes(touch, &poses, &contacts, &shapes, &report), "shapes.kind = null");
+    shapes.size = 1;
+    REFUSED(dermis_touch_add_shapes(touch, &poses, &contacts, &shapes, &report), "shapes->size = 1");
+    dermis_touch_destroy(touch);
 }
 
 /* All that contacts, bodies, depths and taxels add to a round pad, and a pose. */
@@ -357,6 +405,7 @@ static void rounding_modes_change_nothing(void) {
 
 int main(void) {
     contacts();
+    bodies_press_by_their_shapes();
     rounding_modes_change_nothing();
     tiled_pads();
     round_pads();

@@ -54,7 +54,7 @@ def test_sensors_give_the_responses_of_a_skin_that_is_pressed_by_the_contacts(tm
     scene = tmp_path / "scene.toml"  # the hand's skin
     scene.write_text('preset = "fingertip"\nreceptors.depth = "fingertip"\n[grid]\nwidth = 80\nheight = 80\n'
                      'spacing = 2.5e-4\n[surface]\nkind = "flat"\n')
-    m, plain = model(responses="sa1 fa2", scene=scene, size="", spacing=""), hand.load()
+    m, plain = model(responses="sa1 fa2", scene=scene, size="", spacing="", source="contacts"), hand.load()
     data, felt = mujoco.MjData(m), []
     stepped(m, data, 0, 600, lambda d: felt.append(d.sensordata.copy()))
     _, skin = hand.grasp(plain, lambda n, d, s, r: felt.append(s.skin["sa1"].copy()) if n == 599 else None, 600)
@@ -282,3 +282,83 @@ def test_a_plugin_for_another_mujoco_is_named_with_both_versions(monkeypatch):
     monkeypatch.setattr(mujoco, "mj_versionString", lambda: "1.2.3")
     with pytest.raises(dermis.Error, match=rf"mujoco = '1\.2\.3'; allowed: .*{re.escape(built)}"):
         dermis.mujoco_plugin()
+
+
+FINGER = """<mujoco><extension><plugin plugin="dermis.skin"><instance name="skin">{keys}</instance></plugin></extension>
+<option timestep="0.001" cone="elliptic" impratio="10"/>
+<default><geom friction="0.9 0.005 0.0001" solref="0.004 1" condim="4" {geom}/></default>
+<asset><mesh name="prism" vertex="{prism}"/></asset>
+<worldbody>{objects}<body name="finger" pos="0 0 {height}"><joint name="down" type="slide" axis="0 0 -1" damping="20"/>
+<geom type="box" size=".012 .012 .004" mass=".05"/><site name="skin" pos="0 0 -.004" zaxis="0 0 -1"/></body></worldbody>
+<actuator><motor joint="down"/></actuator>
+<sensor><plugin name="pressed" instance="skin" objtype="site" objname="skin"/></sensor></mujoco>"""
+PRISM = [(.015 * np.cos(a), .015 * np.sin(a), z) for z in (-.04, .04) for a in 2 * np.pi * np.arange(48) / 48]
+
+
+def body(kind, size, at=(0, 0, 0), euler=(0, 0, 0), extra=""):
+    text = [" ".join(map(str, v)) for v in (np.atleast_1d(size), at, euler)]
+    sized = f'mesh="{size}"' if kind == "mesh" else f'size="{text[0]}"'
+    return f'<body pos="{text[1]}" euler="{text[2]}"><geom type="{kind}" {sized} {extra}/></body>'
+
+
+def gripped(objects, geom="", force=2.0, height=.0045, steps=800, **keys):
+    """The force that presses, the one that does not, N, and the strain of a flat pad of 16 x 16 cells of 1.5 mm that a
+    finger presses down for so many steps."""
+    given = {"size": "16 16", "spacing": "1.5e-3", "ball": "15e-3", "responses": "force sa1", **keys}
+    m = mujoco.MjModel.from_xml_string(FINGER.format(
+        keys="".join(f'<config key="{k}" value="{v}"/>' for k, v in given.items()), geom=geom, objects=objects,
+        height=height, prism=" ".join(f"{x:.9f}" for p in PRISM for x in p)))
+    data = mujoco.MjData(m)
+    for n in range(steps):
+        data.ctrl[0] = force * min(1, n / 100)
+        mujoco.mj_step(m, data)
+    return data.sensordata[0], data.sensordata[1], data.sensordata[2:].reshape(16, 16)
+
+
+BOTTLE = body("cylinder", (.015, .04), (0, 0, -.015), (90, 0, 0))
+
+
+@pytest.mark.parametrize("objects", [
+    BOTTLE, body("cylinder", (.015, .04), (.010, 0, -.015), (90, 0, 0)), body("sphere", .015, (.005, 0, -.015)),
+    body("ellipsoid", (.03, .02, .01), (0, 0, -.01)), body("capsule", (.01, .04), (0, 0, -.01), (90, 0, 0)),
+    body("box", (.04, .04, .01), (0, 0, -.01)), body("box", (.04, .04, .01), (.04, 0, -.01)),
+    body("box", (.005, .004, .01), (0, 0, -.01)), body("cylinder", (.008, .01), (0, 0, -.01)),
+    body("box", (.01, .04, .01), (0, 0, -.0141421), (0, 45, 0)), '<geom type="plane" size="1 1 1"/>',
+    body("mesh", "prism", (0, 0, -.015), (90, 0, 0))])
+def test_a_flat_finger_keeps_the_whole_force_of_what_it_presses(objects):
+    # The motor's force, and the finger's weight.
+    placed, outside, _ = gripped(objects)
+    assert placed == pytest.approx(2 + .05 * 9.81, rel=2e-3) and outside <= 1e-5 * placed
+
+
+def test_by_contacts_a_flat_finger_loses_half_of_the_force_of_a_bottle():
+    placed, outside, _ = gripped(BOTTLE, source="contacts")
+    assert placed == pytest.approx(outside, rel=0.01)
+
+
+@pytest.mark.parametrize("geom", ['solref="0.002 1"', 'solref="0.05 1"', 'solref="-500 -20"',
+                                  'solimp="0.3 0.6 0.01"', 'margin="0.001"', 'margin="0.002" gap="0.001"'])
+def test_the_depth_to_which_the_solver_lets_a_bottle_sink_in_does_not_matter(geom):
+    _, _, expected = gripped(BOTTLE, steps=2500)
+    _, _, felt = gripped(BOTTLE.replace("/>", f" {geom}/>"), steps=2500)
+    assert np.abs(felt - expected).max() <= 2e-3 * expected.max()
+
+
+def test_a_mesh_of_48_sides_presses_nearly_as_the_cylinder():
+    _, _, expected = gripped(BOTTLE)
+    _, _, felt = gripped(body("mesh", "prism", (0, 0, -.015), (90, 0, 0)))
+    assert felt.max() == pytest.approx(expected.max(), rel=0.05)
+
+
+def test_a_finger_that_goes_on_beyond_its_pad_carries_the_rest():
+    small = {"size": "8 8", "around": "6e-3 6e-3 6e-3 6e-3", "responses": "force"}
+    for objects, share in ((body("box", (.04, .04, .01), (0, 0, -.01)), .25), (BOTTLE, .5)):
+        m = FINGER.format(keys="".join(f'<config key="{k}" value="{v}"/>' for k, v in {
+            "spacing": "1.5e-3", "ball": "1", **small}.items()), geom="", objects=objects, height=.0045,
+            prism=" ".join(f"{x:.9f}" for p in PRISM for x in p))
+        model = mujoco.MjModel.from_xml_string(m)
+        data = mujoco.MjData(model)
+        data.ctrl[0] = 2
+        mujoco.mj_step(model, data, 800)
+        placed, outside = data.sensordata
+        assert placed / (placed + outside) == pytest.approx(share, abs=2e-3)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The loops of one instruction set. Everything here has internal linkage, and nothing of the standard library is
 // called: code for one processor must never be shared with code for all.
-#include "host/core/contact/cells.hpp"
+#include "host/core/contact/loops.hpp"
 
 #ifdef __AVX__
 #include <immintrin.h>

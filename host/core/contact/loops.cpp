@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #define DERMIS_LOOPS plain_loops
-#include "host/core/contact/cells.inl"
+#include "host/core/contact/loops.inl"
 
 namespace dermis::contact {
 

@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: MIT
 #define DERMIS_LOOPS avx2_loops
-#include "host/core/contact/cells.inl"
+#include "host/core/contact/loops.inl"
