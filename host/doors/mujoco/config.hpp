@@ -80,9 +80,6 @@ struct Config {
         patch = given.number("patch", 0, 0, 1e6);
         ball = given.number("ball", radii[0], 0, 1e6);
         modulus = given.number("modulus", 1e5, 1e-6, 1e30);
-        if (patch == 0 && ball == 0)
-            refuse("ball", "0",
-                   "above 0 m, of what presses the pad; in its place patch, of each contact, or radius, of the pad");
         read_scene(given);
         read_source(given);
         read_responses(given);
@@ -165,6 +162,9 @@ struct Config {
             if (!bodies && !given.text(key).empty()) refuse(key, given.text(key), "none beside source = contacts");
         knows_around = !given.text("around").empty();
         std::ranges::copy(given.numbers("around", 4, {0, 0, 0, 0}, -1e6, 1e6), source.around.begin());
+        if (!bodies && patch == 0 && ball == 0)
+            refuse("ball", "0",
+                   "above 0 m, of what presses the pad; in its place patch, of each contact, or radius, of the pad");
         if (!bodies) return;
         source.stiffness = given.number("stiffness", 0, 1e-6, 1e30);
         if (source.stiffness == 0) source.stiffness = contact::skin_stiffness(scene.material);

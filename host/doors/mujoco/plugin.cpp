@@ -124,12 +124,12 @@ class Instance {
         shapes_.clear();
         for (int k = 0; k < d->ncon; ++k)
             for (int side = 0; side < 2; ++side) add_contact(m, d, k, side);
-        const bool hertz = config_.patch == 0;
+        const bool hertz = config_.patch == 0 && config_.ball > 0; // else bodies without a shape press two cells
         return {.count = pad_.size(),
                 .pad = pad_.data(),
                 .position = table_.data(),
                 .force = table_.data() + 3,
-                .radius = hertz ? nullptr : &config_.patch,
+                .radius = config_.patch > 0 ? &config_.patch : nullptr,
                 .ball = hertz ? &config_.ball : nullptr,
                 .modulus = hertz ? config_.modulus : 0,
                 .body = body_.data(),

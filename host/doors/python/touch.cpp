@@ -27,12 +27,28 @@ bool has_groups(const AnyArray& array, const std::vector<size_t>& group) {
     return array.size() == 0 || outer == 0 || array.stride(outer - 1) >= 0;
 }
 
+// NumPy's copy of numbers of a kind, "f" or "i", in C order and of another type, lists among them. Other things stay.
+nb::object converted(nb::handle argument, string_view kinds, const char* type) {
+    try {
+        const nb::object numpy = nb::module_::import_("numpy"), array = numpy.attr("asarray")(argument);
+        if (kinds.find(nb::cast<std::string>(array.attr("dtype").attr("kind"))) == kinds.npos)
+            return nb::borrow(argument);
+        return numpy.attr("ascontiguousarray")(array, type);
+    } catch (const nb::python_error&) {
+        return nb::borrow(argument); // no array, or a ragged one: what takes it refuses it
+    }
+}
+
 // A column of groups of numbers. groups: the shapes that a group may have.
 Column<double> column_in(nb::handle argument, const char* parameter, const std::vector<std::vector<size_t>>& groups) {
     Column<double> column{.array = array_in(argument)};
+    const auto fits = [&](const std::vector<size_t>& group) {
+        return column.array && column.array->dtype() == nb::dtype<double>() && has_groups(*column.array, group);
+    };
+    if (std::ranges::none_of(groups, fits)) column.array = array_in(converted(argument, "fiu", "float64"));
     std::string allowed;
     for (const std::vector<size_t>& group : groups) {
-        if (const auto& a = column.array; a && a->dtype() == nb::dtype<double>() && has_groups(*a, group)) {
+        if (const auto& a = column.array; fits(group)) {
             const size_t outer = a->ndim() - group.size();
             size_t numbers = 1;
             for (size_t n : group) numbers *= n;
@@ -45,8 +61,7 @@ Column<double> column_in(nb::handle argument, const char* parameter, const std::
         for (size_t n : group) text += ", " + std::to_string(n);
         allowed += (allowed.empty() ? "" : " or ") + text + ")";
     }
-    scene::refuse(parameter, description_of(argument),
-                  "float64 array of shape " + allowed + ", its last axes in C order");
+    scene::refuse(parameter, description_of(argument), "numbers of shape " + allowed);
 }
 
 // One number for all contacts, or a column of them; nothing for None.
@@ -69,8 +84,11 @@ void need_count(const char* parameter, size_t given, size_t needed, const char* 
 Column<int32_t> pads_in(nb::handle argument, const char* parameter) {
     Column<int32_t> column{.array = array_in(argument)};
     const auto& a = column.array;
-    const bool whole = a && (a->dtype() == nb::dtype<int64_t>() || a->dtype() == nb::dtype<int32_t>());
-    if (!whole || !has_groups(*a, {})) scene::refuse(parameter, description_of(argument), "array of int32 or int64");
+    const auto whole = [&] {
+        return a && (a->dtype() == nb::dtype<int64_t>() || a->dtype() == nb::dtype<int32_t>()) && has_groups(*a, {});
+    };
+    if (!whole()) column.array = array_in(converted(argument, "iu", "int64"));
+    if (!whole()) scene::refuse(parameter, description_of(argument), "whole numbers");
     column.count = a->size();
     column.step = a->ndim() == 0 ? 1 : size_t(a->stride(a->ndim() - 1));
     if (a->dtype() == nb::dtype<int32_t>()) {
@@ -204,7 +222,8 @@ void bind_touch(nb::module_& m) {
                      "body: dermis._typing.AnyArray | None = None, shapes: dermis.contact.Shapes | None = None) "
                      "-> ContactReport"),
              "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
-             "Arrays are float64 and read in place; columns of a table are fine.\n"
+             "Arrays of float64 are read in place; columns of a table are fine. Other numbers, and lists, are "
+             "converted.\n"
              "middle: m, the middle of each pad in the world, of shape (count, 3). rotation: its axes as columns, of\n"
              "shape (count, 3, 3) or (count, 9), as MuJoCo's site_xmat.\n"
              "pad: the number of the pad that each contact presses, integers. position: m, in the world, (contacts, "

@@ -122,7 +122,12 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"reach": "1e300"}, "reach = 1e+300; allowed: 0..1000000"),
     ({"patch": "-1"}, "patch = -1; allowed: 0..1000000"),
     ({"ball": "-1"}, "ball = -1; allowed: 0..1000000"),
-    ({"ball": "0", "radius": "0"}, "ball = 0; allowed: above 0 m, of what presses the pad; in its place patch, of each"),
+    ({"source": "shapes"}, "source = shapes; allowed: bodies, contacts"),
+    ({"source": "contacts", "stiffness": "5e7"}, "stiffness = 5e7; allowed: none beside source = contacts"),
+    ({"stiffness": "0"}, "stiffness = 0; allowed: 1e-06..1e+30"),
+    ({"around": "1e-3 2e-3"}, "around = 1e-3 2e-3; allowed: 4 numbers"),
+    ({"around": "0 0 0 0.1"}, "source.around[3] = 0.1; allowed: -0.02..0.00256637"),
+    ({"source": "contacts", "ball": "0", "radius": "0"}, "ball = 0; allowed: above 0 m, of what presses the pad; in its place patch, of each"),
     ({"modulus": "-5"}, "modulus = -5; allowed: 1e-06..1e+30"),
     ({"modulus": "0"}, "modulus = 0; allowed: 1e-06..1e+30"),
     ({"responses": "sa1 shear_x shear_x"}, "responses = shear_x twice; allowed: each one once"),
@@ -362,3 +367,19 @@ def test_a_finger_that_goes_on_beyond_its_pad_carries_the_rest():
         mujoco.mj_step(model, data, 800)
         placed, outside = data.sensordata
         assert placed / (placed + outside) == pytest.approx(share, abs=2e-3)
+
+
+def test_the_flat_fingers_of_a_gripper_keep_the_force_with_which_they_hold_and_lift_a_bottle():
+    m = mujoco.MjModel.from_xml_path(str(HAND.parent / "gripper.xml"))
+    data = mujoco.MjData(m)
+    for n in range(1500):
+        t = n * 1e-3
+        data.ctrl[:] = np.interp(t, [0.5, 0.8], [0, 0.03]), 6 * (t > 0.1), 6 * (t > 0.1)
+        mujoco.mj_step(m, data)
+        for side in ("left", "right"):
+            placed, outside = data.sensor(side).data[:2]
+            assert placed >= 0.999 * (placed + outside)
+    assert data.body("bottle").xpos[2] > 0.065  # lifted from 0.04
+    for side in ("left", "right"):
+        sa1 = data.sensor(side).data[2:2 + 48 * 48].reshape(48, 48)
+        assert data.sensor(side).data[0] == pytest.approx(6, rel=0.01)

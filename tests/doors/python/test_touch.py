@@ -72,18 +72,70 @@ def test_axes_of_pads_and_of_contacts_may_be_several(hand):
     assert once.placed == again.placed
 
 
+@pytest.mark.parametrize("change", [
+    lambda name, x: x.tolist(), lambda name, x: x.astype(np.uint8 if name == "pad" else np.float32),
+    lambda name, x: np.asfortranarray(x), lambda name, x: x[::1] if x.ndim == 1 else np.repeat(x, 2, -1)[..., ::2]])
+def test_numbers_of_any_type_and_order_press_as_float64(hand, change):
+    _, touch, middles, axes, pad, table = hand
+    given = dict(middle=middles, rotation=axes, pad=pad, position=np.round(table[:, 4:7] * 2**20) / 2**20,
+                 force=np.round(table[:, 1:4] * 2**20) / 2**20)  # exact in float32
+    given["middle"] = np.round(middles * 2**20) / 2**20
+    touch.add(**given, radius=1e-3)
+    expected = touch.pressure.copy()
+    touch.add(**{name: change(name, np.asarray(x)) for name, x in given.items()}, radius=1e-3)
+    assert expected.any() and (touch.pressure == expected).all()
+
+
+def box_below_a_finger(**change):
+    return contact.Shapes(**{**dict(pad=[0], body=[7], kind=[contact.KINDS["box"]], size=[[0.02, 0.02, 0.01]],
+                                    position=[[0.02, 0, 0.01]], rotation=[np.eye(3)]), **change})
+
+
+def pressed_by(shapes, **change):
+    scene = dermis.fingertip(grid={"width": 16, "height": 16, "spacing": 1.5e-3}, surface={"kind": "flat"})
+    touch = contact.Touch(dermis.Skin(scene), reach=1e-3)
+    call = dict(middle=np.zeros((1, 3)), rotation=[np.eye(3)], pad=[0, 0], body=[7, 7], shapes=shapes,
+                position=[[0, -0.012, 0], [0.012, 0.012, 0]], force=[[0, 0, -1], [0, 0, -1]])
+    return touch.add(**{**call, **change}), touch
+
+
+def test_the_whole_force_of_a_box_half_below_a_finger_presses_the_half_that_is_below():
+    report, touch = pressed_by(box_below_a_finger())
+    assert (report.by_body, report.by_patch, report.tilted) == (1, 0, 0)
+    assert report.placed == pytest.approx(2, rel=1e-6) and report.plausible
+    assert not touch.pressure[0, :, :8].any() and (touch.pressure[0, :, 8:] > 0).all()
+    faces = np.r_[np.eye(3), -np.eye(3)]
+    hull = box_below_a_finger(kind=[contact.KINDS["hull"]], size=[[6, 0, 0]],
+                              faces=np.c_[faces, [0.02, 0.02, 0.01] * 2])
+    _, other = pressed_by(hull)
+    np.testing.assert_allclose(other.pressure, touch.pressure, rtol=1e-6)
+
+
 @pytest.mark.parametrize("change, words", [
-    ({"pad": np.zeros(10)}, "pad = float64 array of shape (10,); allowed: array of int32 or int64"),
+    ({"kind": [9]}, "shapes.kind[0] = 9; allowed: sphere, capsule, box, plane, cylinder, ellipsoid, hull (0..6)"),
+    ({"size": [[0.02, 0, 0.01]]}, "shapes.size[0][1] = 0; allowed: above 0"),
+    ({"pad": [1]}, "shapes.pad[0] = 1; allowed: 0..0"), ({"body": [-1]}, "shapes.body[0] = -1; allowed: 0"),
+    ({"kind": [6], "size": [[6, 1, 0]], "faces": np.zeros((6, 4))}, "shapes.size[0] = 6, 1, 0; allowed: of a hull"),
+    ({"kind": [6], "size": [[6, 0, 0]], "faces": np.zeros((6, 4))}, "shapes.faces[0][0] = 0, 0, 0, 0; allowed: a normal"),
+    ({"position": [[0, 0, 0]] * 2}, "shapes.position = 2 of them; allowed: 1, one for each shape"),
+    ({"rotation": [2 * np.eye(3)]}, "pose.rotation = 2; allowed: -1.001..1.001")])
+def test_a_shape_that_is_wrong_is_refused_by_name(change, words):
+    with pytest.raises(dermis.Error) as refused:
+        pressed_by(box_below_a_finger(**change))
+    assert str(refused.value).startswith(words), refused.value
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"pad": np.zeros(10)}, "pad = float64 array of shape (10,); allowed: whole numbers"),
     ({"pad": np.full(10, 5)}, "contacts.pad[0] = 5; allowed: 0..4"),
-    ({"position": np.zeros((10, 2))}, "position = float64 array of shape (10, 2); allowed: float64 array of shape (..., 3)"),
+    ({"position": np.zeros((10, 2))}, "position = float64 array of shape (10, 2); allowed: numbers of shape (..., 3)"),
     ({"force": np.zeros((9, 3))}, "force = 9 of them; allowed: 10, one for each contact"),
     ({"middle": np.zeros((4, 3))}, "middle = 4 of them; allowed: 5, one for each pad"),
-    ({"rotation": np.zeros((5, 3, 2))}, "rotation = float64 array of shape (5, 3, 2); allowed: float64 array of shape"),
-    ({"force": np.zeros((10, 3), np.float32)}, "force = float32 array"),
+    ({"rotation": np.zeros((5, 3, 2))}, "rotation = float64 array of shape (5, 3, 2); allowed: numbers of shape (..., 3, 3) or (..., 9)"),
+    ({"force": [[0, 0, 1], [1]]}, "force = [[0, 0, 1], [1]]; allowed: numbers of shape (..., 3)"),
     ({"radius": None}, "radius = None; allowed: m, of the patches; or ball and modulus; or body, with shapes"),
     ({"pad": np.full(10, 2**40)}, "pad = 1099511627776; allowed: whole numbers of 32 bits"),
-    ({"position": np.zeros((3, 10)).T},
-     "position = strided float64 array of shape (10, 3); allowed: float64 array of shape (..., 3), its last axes in C order"),
+    ({"position": np.zeros((10, 3), str)}, "position = "),
     ({"radius": -1.0}, "contacts.radius[0] = -1; allowed: 0..1e6"),
     ({"radius": np.ones(3)}, "radius = 3 of them; allowed: 10, one for each contact"),
     ({"position": None}, "position = None"),
