@@ -72,6 +72,9 @@ struct Pad {
     // Pa, finite, laid out as the pressure: the tractions along x and along y, to which contacts in the world add the
     // part of their force along the surface. Null: that part is reported alone.
     float *shear_x = nullptr, *shear_y = nullptr;
+    // Whether the body ends where the pad ends, as a flat finger does: the cells that a patch covers then carry the
+    // part of it beyond the border too. Not together with tiled.
+    bool keep = false;
 };
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
@@ -91,19 +94,20 @@ struct DERMIS_API ContactReport {
     int beside = 0;      // contacts and taxels with a force that are wholly beside the pad
     int too_far = 0;     // contacts with a force farther from the pad's surface than `reach`
     int turned_away = 0; // contacts whose force does not push into the pad
-    double level = 0;    // m: the depth from which add_depths() presses, with a stiffness; else 0
+    double level = 0;    // m: the depth from which add_depths() presses, with a stiffness, or DepthImages; else 0
     // Of a Touch whose contacts name bodies with shapes:
     int by_body = 0;       // bodies that press by their shape
     int by_patch = 0;      // contacts of a body that is below no cell: they press by their patch
     int tilted = 0;        // bodies whose centre of pressure cannot be their contacts': these lie on a border
     double centre_off = 0; // m: the greatest distance between the two
+    int clipped = 0;       // of DepthImages without gaps: images whose force wants to press cells that have no depth
 
     // Whether at least half of the force asked is placed, at most a tenth is outside, and at most 0.001 is lost to
     // rounding beside what the buffer held. Force is lost, for example, where a round body has a pad without radii,
     // where a position is in mm or a sign is wrong, and in a buffer that was not filled with 0.
     bool keeps_force() const;
-    // Whether the force is kept, no patch is below one cell, and no pressure above doubtful_pressure.
-    bool plausible() const { return keeps_force() && below_cell == 0 && greatest <= doubtful_pressure; }
+    // Whether the force is kept, no patch is below one cell, no image clipped, and no pressure above doubtful_pressure.
+    bool plausible() const { return keeps_force() && below_cell == 0 && clipped == 0 && greatest <= doubtful_pressure; }
     std::string doubts() const; // sentences that say why not; empty if plausible
 };
 using Report [[deprecated("use dermis::contact::ContactReport")]] = ContactReport;

@@ -347,6 +347,7 @@ typedef struct dermis_contact_report {
     int32_t by_patch;  // contacts of a body that is below no cell: they press by their patch
     int32_t tilted;    // bodies whose centre of pressure cannot be their contacts'
     double centre_off; // m: the greatest distance between the two
+    int32_t clipped;   // of dermis_touch_add_depths: images whose force wants to press cells that have no depth
 } dermis_contact_report;
 // Writes the sentences that say why a report is not plausible, or "". text: size bytes, 400 are enough for all.
 DERMIS_API dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size);
@@ -496,6 +497,10 @@ typedef struct dermis_shapes {
 DERMIS_API dermis_status dermis_touch_add_shapes(dermis_touch* touch, const dermis_poses* poses,
                                                  const dermis_contacts* contacts, const dermis_shapes* shapes,
                                                  dermis_contact_report* report);
+// The same of depth images, one for each pad: depth: m, count*height*width floats; force: N, three numbers for each
+// pad, the force on it in its own frame, of which -z presses. gaps: 1: a depth below 0 is a gap; 0: images stop at 0.
+DERMIS_API dermis_status dermis_touch_add_depths(dermis_touch* touch, const float* depth, const double* force,
+                                                 int32_t gaps, dermis_contact_report* report);
 // The report of one pad of the last call. pad: 0..count-1.
 DERMIS_API dermis_status dermis_touch_get_report(const dermis_touch* touch, int32_t pad, dermis_contact_report* report);
 // Pa: width*height pressures of each pad, row 0 first; numbers: how many. traction may be NULL; it becomes as many

@@ -54,6 +54,17 @@ struct Shapes {
     std::size_t pad_step = 1, body_step = 1, kind_step = 1, size_step = 3, position_step = 3, rotation_step = 9;
 };
 
+// How deep something sinks into the cells of each pad, as tactile sensors of simulators have it, and the force with
+// which it does. The numbers of pad i begin i*step behind the first ones.
+struct DepthImages {
+    Reals depth; // m, finite: height*width numbers, row 0 first; deeper is greater
+    Reals force; // N, -1e12..1e12: three numbers, the force on the pad in the pad's own frame, of which -z presses
+    // Whether a depth below 0 is a gap that may close. false: where nothing penetrates the image stops at 0 or below,
+    // and nothing is known of what is there.
+    bool gaps = false;
+    std::size_t depth_step = 0, force_step = 3; // depth_step 0: width*height
+};
+
 // How bodies press: as on an elastic foundation, a layer of springs side by side. The contacts of a body give the
 // force, its centre, and the force and the torsion along the surface; its shapes give the profile. The pressure of a
 // cell is stiffness*(depth + level), where that is above 0; by the level the pressures sum to the force, and the depth
@@ -90,6 +101,9 @@ class DERMIS_API Touch {
     // Returns the report of all pads: sums, and the greatest pressure of all. Allocates only where there are more
     // contacts than ever before. Throws Error::bad_input, which names the argument, before anything is changed.
     const ContactReport& add(const Poses&, const Contacts&, const Shapes& = {});
+    // The same of depths: each pad is an elastic foundation of the source's stiffness. A pad whose force pulls is not
+    // pressed.
+    const ContactReport& add(const DepthImages&);
     const ContactReport& report(int pad) const; // of the last add(). Throws Error::bad_input
 
     // The pads that the last add() had contacts for, ascending.

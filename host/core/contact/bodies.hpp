@@ -2,8 +2,8 @@
 // How deep bodies reach below the cells of a pad.
 #pragma once
 
-#include "host/core/contact/loops.hpp"
 #include "host/core/contact/landing.hpp"
+#include "host/core/contact/loops.hpp"
 
 namespace dermis::contact {
 

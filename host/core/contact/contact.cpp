@@ -73,6 +73,9 @@ std::string ContactReport::doubts() const {
     if (greatest > doubtful_pressure)
         sentences += "The greatest pressure is " + shortest(greatest) + " Pa, above " + shortest(doubtful_pressure) +
                      " Pa; touch presses with 1e3 to 1e5 Pa. ";
+    if (clipped > 0)
+        sentences += std::to_string(clipped) + (clipped == 1 ? " depth image has" : " depth images have") +
+                     " too few depths above 0 for the force: cells beside them would be pressed too. ";
     if (!sentences.empty()) sentences += "Are lengths in m, forces in N?";
     return sentences;
 }

@@ -180,7 +180,7 @@ Rest press(Bed& bed, const Push& push) {
         level = wide_enough(bed, level, asked);
         sums = sums_above(bed, {level, 0, 0});
     }
-    Rest rest{.stiffness = push.force / (push.area * sums.e)};
+    Rest rest{.level = level};
     Plane plane{level, 0, 0};
     const Spread own(sums);
     if (push.centred && std::hypot(push.x - own.x, push.y - own.y) > 1e-3) {

@@ -48,7 +48,7 @@ struct Push {
 struct Rest {
     double x = 0, y = 0;  // the pressure's centre, cells from the middle
     double round = 0;     // the mean square of the distance from it, cells^2
-    double stiffness = 0; // Pa/m: the push's, or less, so that a patch is two cells wide
+    double level = 0;     // m: how far the deepest cell is above the border of the pressure, before tilts
     double scale = 0;     // Pa/m: the pressures are by so much greater than what the bed holds
     bool bound = false;   // whether the tilts are held back, so that the centre is not the force's
 };

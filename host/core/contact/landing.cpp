@@ -31,6 +31,8 @@ void check(const Pad& pad) {
     need_within("pad.spacing", pad.spacing, 1e-9, greatest_length, "1e-9..1e6");
     need_memory("pad.pressure", pad.pressure != nullptr);
     need_pitch("pad.pitch", pad.pitch, pad.width);
+    if (pad.keep && pad.tiled)
+        scene::refuse("pad.keep", "true", "false beside pad.tiled: the neighbours carry the rest");
     const auto need_radius = [&](const char* name, double radius, int cells) {
         const double least = cells * pad.spacing / (2 * pi);
         if (radius != 0 && !(radius >= least && radius <= greatest_length))

@@ -131,7 +131,7 @@ double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& til
     int cells = weights.cells;
     const bool inside = disc.x - disc.reach > -1 && disc.x + disc.reach < pad.width && disc.y - disc.reach > -1 &&
                         disc.y + disc.reach < pad.height;
-    if (!inside) add_beyond(disc, columns, rows, whole, cells);
+    if (!inside && !pad.keep) add_beyond(disc, columns, rows, whole, cells);
     report.below_cell += cells == 1;
     const double peak = pressure / whole;
     int before = 0;

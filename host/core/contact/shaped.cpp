@@ -178,4 +178,50 @@ bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own,
     return true;
 }
 
+// Copies the images and checks the copies. Throws Error::bad_input; no pressure has changed then.
+void Touch::Impl::take(const DepthImages& d) {
+    need_memory("images.depth", bool(d.depth));
+    need_memory("images.force", bool(d.force));
+    scene::need(source.stiffness > 0, "source.stiffness", source.stiffness, "1e-6..1e30 Pa/m, where there are images");
+    const size_t step = d.depth_step ? d.depth_step : cells;
+    if (step < cells) scene::refuse("images.depth_step", std::to_string(step), "0, or a pad's cells and more");
+    images.resize(pressure.size());
+    image_forces.resize(size_t(count));
+    double greatest = 0;
+    for (size_t pad = 0; pad < size_t(count); ++pad) {
+        for (size_t k = 0; k < 3; ++k) image_forces[pad][k] = d.force[pad * d.force_step + k];
+        for (const double f : image_forces[pad]) need_within("images.force", f, -1e12, 1e12, "-1e12..1e12");
+        greatest = std::max(greatest, -image_forces[pad][2]);
+        d.depth.visit([&](const auto* first) { std::copy_n(first + pad * step, cells, &images[pad * cells]); });
+    }
+    for (size_t i = 0; i < images.size(); ++i)
+        if (!(std::abs(images[i]) <= float(greatest_length)))
+            scene::refuse("images.depth[" + std::to_string(i) + "]", shortest(double(images[i])), "-1e6..1e6");
+    need_float_pressure(shape, greatest);
+    bed.reserve(shape.width, shape.height);
+}
+
+ContactReport Touch::Impl::press_by_image(int number, bool gaps) {
+    const auto& [x, y, z] = image_forces[size_t(number)];
+    const double whole = std::sqrt(x * x + y * y + z * z);
+    bed.resize(shape.width, shape.height, 0, 0);
+    const float* image = &images[size_t(number) * cells];
+    for (int j = 0; j < shape.height; ++j)
+        for (int i = 0; i < shape.width; ++i, ++image)
+            if (gaps || *image > 0) bed.deep[bed.number(i, j)] = double(*image);
+    if (z >= 0 || !bed.settle(true)) {
+        ContactReport lost{.asked = whole, .outside = whole};
+        lost.turned_away = z >= 0;
+        return lost;
+    }
+    Wrench w{.force = -z, .whole = whole, .along_x = x, .along_y = y};
+    const Rest rest = press(bed, {w.force, source.stiffness, shape.spacing * shape.spacing});
+    w.torsion = shape.spacing * (rest.x * y - rest.y * x); // about the pad's middle: none about the pressure's
+    ContactReport report = add_bed(number, rest, w);
+    report.by_body = 0;
+    report.level = bed.deepest - rest.level;
+    report.clipped = !gaps && report.level < 0;
+    return report;
+}
+
 } // namespace dermis::contact

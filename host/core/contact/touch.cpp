@@ -139,6 +139,7 @@ void sum_up(ContactReport& all, const ContactReport& r) {
     all.beside += r.beside, all.too_far += r.too_far, all.turned_away += r.turned_away;
     all.by_body += r.by_body, all.by_patch += r.by_patch, all.tilted += r.tilted;
     all.centre_off = std::max(all.centre_off, r.centre_off);
+    all.clipped += r.clipped;
 }
 
 Touch::Impl::Impl(const Pad& given, int n, double r, bool shear, const Source& by)
@@ -322,6 +323,23 @@ const ContactReport& Touch::add(const Poses& poses, const Contacts& contacts, co
             s.reports[size_t(number)] = s.pressed_by(number, contacts.modulus);
             sum_up(s.all, s.reports[size_t(number)]);
         }
+        return s.all;
+    });
+}
+
+const ContactReport& Touch::add(const DepthImages& given) {
+    const auto words = [&] { return std::string("a copy of the depth images"); };
+    return scene::guarded(words, [&]() -> const ContactReport& {
+        const DefaultFloats guard;
+        Impl& s = *impl_;
+        s.take(given);
+        s.clear();
+        for (int number = 0; number < s.count; ++number)
+            if (s.image_forces[size_t(number)] != Vector{}) {
+                s.touched.push_back(number);
+                s.reports[size_t(number)] = s.press_by_image(number, given.gaps);
+                sum_up(s.all, s.reports[size_t(number)]);
+            }
         return s.all;
     });
 }

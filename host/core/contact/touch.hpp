@@ -80,6 +80,8 @@ struct Touch::Impl {
     void take_faces(Body& hull, size_t number) const;
     void clear();
     void list();
+    void take(const DepthImages&);
+    ContactReport press_by_image(int number, bool gaps);
     ContactReport pressed_by(int number, double modulus);
     ContactReport press_by_patches(int number, double modulus);
     bool press_by_shape(int number, std::span<const Listed* const>, ContactReport&);
@@ -106,6 +108,8 @@ struct Touch::Impl {
     ByPad<Listed> contacts;
     ByPad<Shaped> shapes;
     std::vector<double> faces;          // of hulls
+    std::vector<float> images;          // of pads that depths press, one behind the other
+    std::vector<Vector> image_forces;   // N, of each pad in its frame
     std::vector<const Listed*> patches; // contacts of a pad that press by patches
     std::vector<Laid> laid;             // the shapes of the body that is being laid below a pad
     std::vector<double> corners;        // depths at the corners of cells, m

@@ -183,7 +183,7 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const model::StepLengt
     source.need(count * cells.count(), dt, all, cells.count());
     listed.clear();
     for (int pad = 0; size_t(pad) < count; ++pad)
-        if (spiking.any() || touch.contacts.counts[size_t(pad)] > 0 ||
+        if (spiking.any() || touch.pressed[size_t(pad)].height > 0 ||
             !std::ranges::all_of(stages, [pad](Stage* s) { return s->rests(pad); }))
             listed.push_back(pad);
     const model::PadList pads{.ids = listed.data(), .count = listed.size()};

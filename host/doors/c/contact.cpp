@@ -50,7 +50,8 @@ void dermis::c::fill(dermis_contact_report* to, const contact::ContactReport& r)
                                          .by_body = r.by_body,
                                          .by_patch = r.by_patch,
                                          .tilted = r.tilted,
-                                         .centre_off = r.centre_off};
+                                         .centre_off = r.centre_off,
+                                         .clipped = r.clipped};
     std::memcpy(to, &whole, size);
 }
 
@@ -90,6 +91,7 @@ dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* repo
         own.greatest = report->greatest;
         own.below_cell = report->below_cell;
         own.beside = report->beside, own.too_far = report->too_far, own.turned_away = report->turned_away;
+        if (report->size == sizeof *report) own.clipped = report->clipped;
         const std::string doubts = own.doubts();
         if (size <= doubts.size())
             dermis::scene::refuse("size", std::to_string(size), std::to_string(doubts.size() + 1) + " bytes or more");
@@ -251,6 +253,15 @@ dermis_status dermis_touch_add_shapes(dermis_touch* touch, const dermis_poses* p
                                        .size_step = shapes->extent_step,
                                        .position_step = shapes->position_step,
                                        .rotation_step = shapes->rotation_step}));
+    });
+}
+
+dermis_status dermis_touch_add_depths(dermis_touch* touch, const float* depth, const double* force, int32_t gaps,
+                                      dermis_contact_report* report) {
+    return guarded([&] {
+        need_pointer(touch, "touch");
+        need_report(report);
+        fill(report, touch->touch.add({.depth = depth, .force = force, .gaps = flag(gaps, "gaps")}));
     });
 }
 

@@ -16,8 +16,8 @@
 
 namespace dermis::mujoco {
 
-constexpr const char* keys[] = {"scene",     "size",   "spacing", "pads", "radius",  "reach",  "source",
-                                "stiffness", "around", "patch",   "ball", "modulus", "output", "responses"};
+constexpr const char* keys[] = {"scene",  "size",   "spacing", "pads", "radius",  "reach",  "source",   "stiffness",
+                                "beyond", "around", "patch",   "ball", "modulus", "output", "responses"};
 
 [[noreturn]] inline void refuse(const std::string& key, const std::string& value, const std::string& allowed) {
     throw std::invalid_argument(key + " = " + value + "; allowed: " + allowed);
@@ -92,7 +92,12 @@ struct Config {
     }
 
     contact::Pad shape() const {
-        return {scene.grid.width, scene.grid.height, *scene.grid.spacing, nullptr, 0, false, radii[0], radii[1]};
+        return {.width = scene.grid.width,
+                .height = scene.grid.height,
+                .spacing = *scene.grid.spacing,
+                .radius_x = radii[0],
+                .radius_y = radii[1],
+                .keep = keep};
     }
     // The source of pads. faces: how far the boxes on which pads lie go on beyond them. Without the key `around` it is
     // that, if all pads have such a face and the same one; on a round pad it is 8 cells, or what there is up to a
@@ -133,6 +138,7 @@ struct Config {
     contact::Source source;
     bool bodies;       // whether bodies press by their shapes
     bool knows_around; // whether `around` is given
+    bool keep;         // whether the pad's cells carry the part of a patch beyond its border
     bool fields;
     int sensor_numbers; // of all outputs of a pad
 
@@ -158,6 +164,9 @@ struct Config {
         const std::string from = given.text("source", "bodies");
         if (from != "bodies" && from != "contacts") refuse("source", from, "bodies, contacts");
         bodies = from == "bodies";
+        const std::string beyond = given.text("beyond", radii[0] == 0 && radii[1] == 0 ? "keep" : "drop");
+        if (beyond != "keep" && beyond != "drop") refuse("beyond", beyond, "keep, drop");
+        keep = beyond == "keep";
         for (const char* key : {"stiffness", "around"})
             if (!bodies && !given.text(key).empty()) refuse(key, given.text(key), "none beside source = contacts");
         knows_around = !given.text("around").empty();

@@ -238,6 +238,7 @@ void bind_contact_report(nb::module_& m) {
         .def_ro("by_patch", &ContactReport::by_patch, "Contacts of a body that is below no cell: pressed by a patch.")
         .def_ro("tilted", &ContactReport::tilted, "Bodies whose centre of pressure cannot be their contacts'.")
         .def_ro("centre_off", &ContactReport::centre_off, "m: the greatest distance between the two.")
+        .def_ro("clipped", &ContactReport::clipped, "Depth images that stop at 0 where the force wants to press too.")
         .def_prop_ro("plausible", &ContactReport::plausible,
                      "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
         .def_prop_ro("doubts", &ContactReport::doubts, nb::call_guard<DefaultFloats>(),

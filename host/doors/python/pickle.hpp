@@ -68,7 +68,7 @@ DERMIS_MEMBERS(contact::Contact, x, y, force, radius, area)
 DERMIS_MEMBERS(contact::WorldContact, position, force, radius, area, direction)
 DERMIS_MEMBERS(contact::Pose, position, rotation)
 DERMIS_MEMBERS(contact::ContactReport, asked, placed, outside, sideways, shear, greatest, cells, below_cell, beside,
-               too_far, turned_away, level, by_body, by_patch, tilted, centre_off)
+               too_far, turned_away, level, by_body, by_patch, tilted, centre_off, clipped)
 #undef DERMIS_MEMBERS
 
 enum class Way { write, read };

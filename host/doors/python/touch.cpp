@@ -185,14 +185,34 @@ contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::
                      listed.columns());
 }
 
+contact::ContactReport add_images(SharedTouch& shared, nb::handle depth, nb::handle force, bool gaps) {
+    Touch& touch = shared.touch;
+    const contact::Pad& pad = touch.shape();
+    const size_t cells = size_t(pad.width) * size_t(pad.height);
+    nb::object kept = converted(depth, "f", "float32");
+    nb::ndarray<nb::ro, float, nb::c_contig, nb::device::cpu> images;
+    const bool fits = nb::try_cast(kept, images) && images.ndim() >= 2 &&
+                      images.shape(images.ndim() - 1) == size_t(pad.width) &&
+                      images.shape(images.ndim() - 2) == size_t(pad.height);
+    if (!fits || images.size() != size_t(touch.count()) * cells)
+        scene::refuse("depth", description_of(depth),
+                      "numbers of shape (.., " + std::to_string(pad.height) + ", " + std::to_string(pad.width) +
+                          "), for " + std::to_string(touch.count()) + " pads");
+    const Column<double> forces = column_in(force, "force", {{3}});
+    need_count("force", forces.count, size_t(touch.count()), "pad");
+    const Computing computing(&shared.in_use);
+    return touch.add({.depth = images.data(), .force = forces.data, .gaps = gaps, .force_step = forces.step});
+}
+
 void make_touch(SharedTouch* self, int width, int height, double spacing, int count, double reach, double radius_x,
-                double radius_y, bool tiled, bool shear, double stiffness, const Numbers& around) {
+                double radius_y, bool tiled, bool shear, double stiffness, const Numbers& around, bool keep) {
     const Pad shape{.width = width,
                     .height = height,
                     .spacing = spacing,
                     .tiled = tiled,
                     .radius_x = radius_x,
-                    .radius_y = radius_y};
+                    .radius_y = radius_y,
+                    .keep = keep};
     contact::Source source{.stiffness = stiffness};
     const std::vector<double> four = numbers_in(around, "around");
     if (four.size() != 4) scene::refuse("around", std::to_string(four.size()) + " numbers", "4 numbers, m");
@@ -210,7 +230,7 @@ void bind_touch(nb::module_& m) {
     nb::class_<SharedTouch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
         .def("__init__", make_touch, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("count"),
              nb::arg("reach"), nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"),
-             nb::arg("stiffness"), nb::arg("around"))
+             nb::arg("stiffness"), nb::arg("around"), nb::arg("keep"))
         .def("add", add_to_touch, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
              nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
              nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0, nb::arg("body").none() = nb::none(),
@@ -234,6 +254,19 @@ void bind_touch(nb::module_& m) {
              "body: the number of the body of each contact, from 0 on, or -1. shapes: what bodies look like. A body "
              "with\n"
              "shapes presses by them: its contacts give force, centre, shear and torsion, its shapes the profile.")
+        .def(
+            "add_depths", add_images, nb::arg("depth").none(), nb::arg("force").none(), nb::arg("gaps"),
+            nb::sig(
+                "def add_depths(self, depth: dermis._typing.AnyArray, force: dermis._typing.AnyArray, gaps: bool) -> "
+                "ContactReport"),
+            "Take away what the last call added, press each pad by a depth image, and return the report of all "
+            "pads.\n\n"
+            "depth: m, of shape (.., height, width), one image for each pad; deeper is greater. float32 is read in "
+            "place.\n"
+            "force: N, (.., 3), the force on each pad in its own frame, of which -z presses.\n"
+            "gaps: whether a depth below 0 is a gap, as rays give it. False: images stop at 0 where nothing "
+            "penetrates,\n"
+            "as of tactile sensors; then a force that wants to press cells beside them counts in the report's clipped.")
         .def(
             "report",
             [](const SharedTouch& t, int pad) {

@@ -146,6 +146,7 @@ int main(void) {
     OFFSET(dermis_contact_report, by_patch);
     OFFSET(dermis_contact_report, tilted);
     OFFSET(dermis_contact_report, centre_off);
+    OFFSET(dermis_contact_report, clipped);
     SIZE(dermis_contact_report);
     OFFSET(dermis_skin_options, shear);
     OFFSET(dermis_skin_options, sa2_stretch);

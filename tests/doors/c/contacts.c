@@ -360,6 +360,16 @@ static void bodies_press_by_their_shapes(void) {
     REFUSED(dermis_touch_add_shapes(touch, &poses, &contacts, &shapes, &report), "shapes.kind = null");
     shapes.size = 1;
     REFUSED(dermis_touch_add_shapes(touch, &poses, &contacts, &shapes, &report), "shapes->size = 1");
+
+    float depth[64] = {0};
+    const double force[] = {0.1, 0, -2};
+    for (int i = 0; i < 8; ++i) depth[8 * i + 3] = depth[8 * i + 4] = 1e-3f;
+    CHECK(dermis_touch_add_depths(touch, depth, force, 0, &report) == DERMIS_OK);
+    CHECK(near(report.placed, 2) && report.clipped == 1 && report.plausible == 0 && near(pressure[3], 2 / 16e-6));
+    CHECK(dermis_touch_add_depths(touch, depth, force, 1, &report) == DERMIS_OK);
+    CHECK(near(report.placed, 2) && report.clipped == 0 && pressure[0] > 0);
+    REFUSED(dermis_touch_add_depths(touch, NULL, force, 1, &report), "images.depth = null");
+    REFUSED(dermis_touch_add_depths(touch, depth, force, 2, &report), "gaps = 2");
     dermis_touch_destroy(touch);
 }
 

@@ -122,6 +122,7 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"reach": "1e300"}, "reach = 1e+300; allowed: 0..1000000"),
     ({"patch": "-1"}, "patch = -1; allowed: 0..1000000"),
     ({"ball": "-1"}, "ball = -1; allowed: 0..1000000"),
+    ({"beyond": "all"}, "beyond = all; allowed: keep, drop"),
     ({"source": "shapes"}, "source = shapes; allowed: bodies, contacts"),
     ({"source": "contacts", "stiffness": "5e7"}, "stiffness = 5e7; allowed: none beside source = contacts"),
     ({"stiffness": "0"}, "stiffness = 0; allowed: 1e-06..1e+30"),
@@ -336,9 +337,11 @@ def test_a_flat_finger_keeps_the_whole_force_of_what_it_presses(objects):
     assert placed == pytest.approx(2 + .05 * 9.81, rel=2e-3) and outside <= 1e-5 * placed
 
 
-def test_by_contacts_a_flat_finger_loses_half_of_the_force_of_a_bottle():
-    placed, outside, _ = gripped(BOTTLE, source="contacts")
+def test_by_contacts_a_flat_finger_loses_half_of_the_force_of_a_bottle_unless_the_pad_keeps_it():
+    placed, outside, felt = gripped(BOTTLE, source="contacts", beyond="drop")
     assert placed == pytest.approx(outside, rel=0.01)
+    kept, outside, doubled = gripped(BOTTLE, source="contacts")
+    assert kept == pytest.approx(2 * placed, rel=0.01) and outside <= 1e-6 and doubled.max() > 1.9 * felt.max()
 
 
 @pytest.mark.parametrize("geom", ['solref="0.002 1"', 'solref="0.05 1"', 'solref="-500 -20"',

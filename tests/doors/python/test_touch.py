@@ -111,6 +111,35 @@ def test_the_whole_force_of_a_box_half_below_a_finger_presses_the_half_that_is_b
     np.testing.assert_allclose(other.pressure, touch.pressure, rtol=1e-6)
 
 
+def test_depth_images_press_with_their_forces_and_say_where_they_stop_too_early():
+    side, spacing = 16, 1.5e-3
+    scene = dermis.fingertip(grid={"width": side, "height": side, "spacing": spacing}, surface={"kind": "flat"})
+    touch = contact.Touch(dermis.Skin(scene, count=(2, 2)), reach=1e-3, stiffness=5e7, shear=True)
+    x = (np.arange(side) + 0.5 - side / 2) * spacing
+    ball = 15e-3 - np.hypot(x, x[:, None])**2 / 30e-3 - 15e-3 + 2e-5  # sunk by 20 um
+    depth = np.broadcast_to(ball, (2, 2, side, side)).astype(np.float32)
+    force = np.array([[[0.1, 0, -2], [0, 0, -1]], [[0, 0, 0], [0, 0, 1]]])  # a pad at rest, and one that is pulled
+    report = touch.add_depths(depth, force, gaps=True)
+    assert report.clipped == 0 and report.turned_away == 1 and report.shear[0] == pytest.approx(0.1, rel=1e-6)
+    area = spacing**2
+    np.testing.assert_allclose(touch.pressure.sum((1, 2)) * area, [2, 1, 0, 0], rtol=1e-6)
+    # The foundation's law for a ball: F = pi*k*R*d^2, peak 2F/(pi*radius^2).
+    sunk = np.sqrt(2 / (np.pi * 5e7 * 15e-3))
+    assert touch.pressure[0].max() == pytest.approx(5e7 * sunk, rel=0.05)
+    assert touch.report(0).level == pytest.approx(2e-5 - sunk, rel=0.02)
+    clipped = touch.add_depths(np.maximum(depth + np.float32(8e-5), 0), force, gaps=False)
+    assert clipped.clipped == 2 and "depth images have too few depths above 0" in clipped.doubts
+    assert touch.pressure[0].max() > 2 * 5e7 * sunk  # on too few cells
+    deeper = touch.add_depths(np.maximum(depth + np.float32(1e-3), 0), force, gaps=False)
+    assert deeper.clipped == 0 and touch.pressure[0].max() == pytest.approx(5e7 * sunk, rel=0.05)
+    for change, words in [({"depth": depth[0].copy()}, "depth = float32 array of shape (2, 16, 16); allowed: numbers of shape"),
+                          ({"depth": np.full_like(depth, np.nan)}, "images.depth[0] = nan; allowed: -1e6..1e6"),
+                          ({"force": force[0]}, "force = 2 of them; allowed: 4, one for each pad")]:
+        with pytest.raises(dermis.Error) as refused:
+            touch.add_depths(**{**dict(depth=depth, force=force, gaps=True), **change})
+        assert str(refused.value).startswith(words), refused.value
+
+
 @pytest.mark.parametrize("change, words", [
     ({"kind": [9]}, "shapes.kind[0] = 9; allowed: sphere, capsule, box, plane, cylinder, ellipsoid, hull (0..6)"),
     ({"size": [[0.02, 0, 0.01]]}, "shapes.size[0][1] = 0; allowed: above 0"),

@@ -79,6 +79,8 @@ class Touch(_core.Touch):
     radius_x, radius_y: m, of the surface along x and y at each pad's middle; 0: straight in that direction.
     tiled: as in Pad. shear: whether it keeps tractions too, for a skin that was made with shear.
     stiffness: Pa/m, of the foundation that bodies with shapes press; None: the skin's own, held long.
+    beyond: "keep": a patch's part beyond the pad's border presses the pad's own cells, as where a flat finger ends;
+    "drop": it is outside. Shapes press no cell beyond the border either way.
     around: m of the finger's surface beyond the pad's borders x = 0, x = width, y = 0 and y = height, which carries its
     part of the force; below 0: so much of the pad is beyond the finger's border.
     """
@@ -86,9 +88,11 @@ class Touch(_core.Touch):
     @answered
     def __init__(self, skin: _core.Skin, reach: float, *, radius_x: float = 0.0, radius_y: float = 0.0,
                  tiled: bool = False, shear: bool = False, stiffness: float | None = None,
-                 around: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> None:
+                 around: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0), beyond: str = "drop") -> None:
         scene = skin.scene
         if scene.spacing is None:
             _core.refuse("skin", skin, "a skin whose scene gives grid.spacing in metres")
+        if beyond not in ("keep", "drop"):
+            _core.refuse("beyond", beyond, '"keep", "drop"')
         super().__init__(scene.width, scene.height, scene.spacing, skin.count, reach, radius_x, radius_y, tiled, shear,
-                         skin_stiffness(scene) if stiffness is None else stiffness, around)
+                         skin_stiffness(scene) if stiffness is None else stiffness, around, beyond == "keep")
