@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Shared by the kernels that step cells: their specialization constants, and the check of pressures that a host gives.
+// Specialization constants of the kernel press, and the check of pressures that a host gives.
 layout(constant_id = VARIANT_STENCIL) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = VARIANT_EDGES) const int EDGES = EDGES_MIRROR;
 layout(constant_id = VARIANT_COMPENSATED) const int COMPENSATED = 0;
@@ -28,7 +28,5 @@ bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS / 2 + HOLD > 1; }
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
 
 // A pressure that is not finite counts as 0.
-bool finite(float p) { return (floatBitsToUint(p) & 0x7f800000u) != 0x7f800000u; }
 bvec4 finite(vec4 p) { return notEqual(floatBitsToUint(p) & 0x7f800000u, uvec4(0x7f800000u)); }
-float valid(float p) { return finite(p) ? p : 0.0; }
 vec4 valid(vec4 p) { return mix(vec4(0.0), p, finite(p)); }

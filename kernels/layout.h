@@ -5,8 +5,8 @@
 // batch of pads, whose rows may be short, to PRESS_CELLS.
 #define PITCH_CELLS 16
 // What an invocation computes, and the size of a workgroup. press: PRESS_CELLS cells, PRESS_X x PRESS_Y; for pads a
-// workgroup has as many whole pads, or whole rows of one, as fit. sites: one cell or one receptor,
-// SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
+// workgroup has as many whole pads, or whole rows of one, as fit; of sites SITES_X entries of their list. reduce: one
+// tile of TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 32
 #define PRESS_Y 4
@@ -34,7 +34,7 @@
 // The bit of a response in VARIANT_RESPONSES.
 #define RESPONSE_BIT(quantity) (1 << ((quantity)-1))
 
-// Specialization constants of press and sites.
+// Specialization constants of press.
 #define VARIANT_STENCIL 0
 #define VARIANT_EDGES 1
 #define VARIANT_COMPENSATED 2 // 1: the state carries the rounding errors of its sums
@@ -61,6 +61,9 @@
 #define PRESS_MATERIAL (PRESS_RESPONSE(RESPONSE_MAPS) + 2)
 #define PRESS_INVALID (PRESS_RESPONSE(RESPONSE_MAPS) + 3)
 #define PRESS_BINDINGS (PRESS_RESPONSE(RESPONSE_MAPS) + 4)
+// Of sites, in place of fields: their list, and all of their responses.
+#define PRESS_SITES PRESS_RESPONSE(QUANTITY_SA1)
+#define PRESS_SITES_RESPONSE PRESS_RESPONSE(QUANTITY_SA2)
 
 // A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the cell's
 // strain, where VARIANT_STRAIN asks for it; then the strain of each element and, if compensated, the rounding error of
@@ -75,17 +78,6 @@
     (STATE_PREVIOUS(elements, compensated, strain, integral, rate) + (previous))
 // Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
-
-#define SITES_PRESSURE_FROM 0
-#define SITES_PRESSURE_TO 1
-#define SITES_CELLS 2
-#define SITES_SITES 3
-#define SITES_STATE_FROM 4
-#define SITES_STATE_TO 5
-#define SITES_RESPONSE 6
-#define SITES_COEFFICIENTS 7
-#define SITES_INVALID 8
-#define SITES_BINDINGS 9
 
 #define REDUCE_MAP 0
 #define REDUCE_PROBES 1
@@ -133,25 +125,14 @@ struct PadEntry {
     int table;
 };
 
-// A cell that some receptor's stencil reads, and the index of its material.
-struct SiteCell {
-    int cell; // y*pitch + x
-    int material;
-};
-// A receptor. Cells are named by their index in the list of SiteCells: its own cell, then its stencil's along x and y.
-struct SiteStencil {
-    int here;
-    int x_far_low, x_low, x_high, x_far_high;
-    int y_far_low, y_low, y_high, y_far_high;
-    int quantity; // its response
+// An entry of the list of a press at sites: PRESS_CELLS cells of a row of which sites need some, and one site among them.
+struct SiteEntry {
+    int x, y;     // the first of the cells; x = the width: none
+    int needed;   // a bit for each cell that a site's stencil reads; 0: an earlier entry has the same cells
+    int lane;     // the site's place among the cells
+    int quantity; // the site's response; 0: there is no site
     int response; // index of its float in the response of pad 0
-    int of_class; // receptors of its class in a pad: floats from pad to pad
-    scalar rest_curvature;
-};
-struct SiteConstants {
-    int first_cell, cells; // the cells of this window of rows: first and number
-    int first_site, sites; // its receptors: first and number
-    Constants c;           // last, at a multiple of 16 bytes: HLSL can pack no member behind a struct of 108 bytes
+    int of_class; // sites of its class in a pad: floats from pad to pad
 };
 
 #define SPREAD_FINE 0   // as it went down

@@ -24,10 +24,16 @@ MAP(PRESS_PRESSURE_TO, PressureTo, pressure_to);
 MAP(PRESS_REST_CURVATURE, Rest, rest_curvature);
 MAP(PRESS_STATE_FROM, StateFrom, state_from);
 layout(std430, binding = PRESS_STATE_TO) writeonly restrict buffer StateTo { vec4 state_to[]; };
+#ifdef SITES
+// The variant of sites: an invocation takes an entry of a list. Cells that no site needs are not computed.
+layout(std430, binding = PRESS_SITES) readonly restrict buffer Sites { SiteEntry sites[]; };
+layout(std430, binding = PRESS_SITES_RESPONSE) writeonly restrict buffer Response { float responses[]; };
+#else
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA1)) writeonly restrict buffer Sa1 { vec4 sa1[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA2)) writeonly restrict buffer Sa2 { vec4 sa2[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA1)) writeonly restrict buffer Fa1 { vec4 fa1[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer Fa2 { vec4 fa2[]; };
+#endif
 layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
@@ -193,16 +199,35 @@ vec4 of_width(vec4 v, int x) {
 }
 #endif
 
+#ifdef SITES
+SiteEntry own;
+SiteEntry own_entry() {
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    return sites[group * gl_WorkGroupSize.x + gl_LocalInvocationID.x];
+}
+uvec4 needed(int x) { return uvec4(own.needed) >> uvec4(0, 1, 2, 3) & 1u; }
+#else
+uvec4 needed(int x) { return uvec4(lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width))); }
+#endif
+
 void count(vec4 pressure, int x) {
     bvec4 bad = not(finite(pressure));
     if (!any(bad)) return;
-    uvec4 counted = uvec4(bad) * uvec4(lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width)));
+    uvec4 counted = uvec4(bad) * needed(x);
     atomicAdd(invalid, counted.x + counted.y + counted.z + counted.w);
 }
 
 void main() {
+#ifdef SITES
+    own = own_entry();
+    int x = own.x;
+    int y = own.y;
+    bool kept = own.needed != 0;
+#else
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS + c.first_column;
     int y = int(gl_GlobalInvocationID.y) + c.first_row;
+    const bool kept = true;
+#endif
     if (x >= c.width || y >= c.height) return;
     if (PADS != 0) {
         PadEntry pad = pads[gl_GlobalInvocationID.z];
@@ -214,15 +239,22 @@ void main() {
     int i = in_map(row_start(y), x);
     vec4 pressure = FRAMES != 0 ? FOUR(pressure_to, i) : vec4(0.0);
     Load load = FRAMES != 0 ? load_between(valid(FOUR(pressure_from, i)), valid(pressure), c) : load_at(i);
-    Cell cell = cell_at(x, y, true);
+    Cell cell = cell_at(x, y, kept);
     CellStep step = step_of(cell, load);
     Motion m = step.motion;
     if (STRAIN != 0) store_number(cell, 0, m.strain);
     if (FRAMES != 0) count(pressure, x);
     if (c.respond == 0 || RESPONSES == 0) return;
+#ifdef SITES
+    if (own.quantity == 0) return;
+#endif
 
     vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
     vec4 gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
+#ifdef SITES
+    responses[own.response + pad_number * own.of_class] =
+        answer(own.quantity, signal(own.quantity, m, step.integral), gain, c)[own.lane];
+#else
 #ifdef SIGNALS
     i = in_margin(x, y);
     gains[i] = gain;
@@ -234,4 +266,5 @@ void main() {
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);
     if (asked(QUANTITY_FA2)) fa2[i] = RESPONSE(QUANTITY_FA2);
+#endif
 }

@@ -79,12 +79,12 @@ struct Memory {
 
 struct MemoryNeeds {
     Memory constants; // one per program: curvature at rest, materials, sites. The host never changes it.
-    // Two or more per skin: a press reads one and writes another. With sites, floats in an order of the program's own.
-    // Else each row of cells has its planes one after another, pitch() floats each: the strain of each element in
-    // series; the integral for SA2; last the rate of a spring for FA2. If sums are compensated, each strain and the
-    // integral is followed by a plane of what it has lost to rounding. A skin of the same description that is given
-    // copies of a state and of pressure_to goes on with the same bits. The pads of a batch follow one another, each
-    // with an equal part of the range.
+    // Two or more per skin: a press reads one and writes another. Each row of cells has its planes one after another,
+    // pitch() floats each: the strain of each element in series; the integral for SA2; last the rate of a spring for
+    // FA2. If sums are compensated, each strain and the integral is followed by a plane of what it has lost to
+    // rounding. With sites, cells that none of them reads may have any number. A skin of the same description that is
+    // given copies of a state and of pressure_to goes on with the same bits. The pads of a batch follow one another,
+    // each with an equal part of the range.
     Memory state;
     // float, Pa, pushing is positive; pitch()*height for each pad, row 0 first: index = y*pitch() + x
     Memory pressure;

@@ -26,7 +26,7 @@ PadCells::PadCells(const model::StreamedSkin& s, int threads, const simd::Isa& i
     : variant_(s.variant()), isa_(isa), sites_(s.skin.description.sites), elements_(s.skin.materials),
       cells_(s.skin.cells()), constants_(model::frame_constants(s.skin, {})) {
     std::vector<int> material;
-    const model::SiteCells read(s.skin, {s.skin.whole()}, model::cells_of(sites_));
+    const model::SiteCells read = model::site_cells_of(s.skin);
     if (!sites_.empty() && sparse(s.skin, read, 1)) {
         read_ = read.cells;
         cells_ = read_.size();

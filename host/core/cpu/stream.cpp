@@ -69,13 +69,9 @@ class SkinStream : public model::Stream {
   public:
     SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
         : press_(skin, threads, isa), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
-          cells_(skin.skin.cells()) {
+          cells_(skin.skin.cells()), held_(model::site_cells_of(skin.skin).cells) {
         const bool sites = !skin.skin.description.sites.empty();
-        if (sites) {
-            sites_.emplace(skin.skin.description.sites, width_);
-            held_ =
-                model::SiteCells(skin.skin, {skin.skin.whole()}, model::cells_of(skin.skin.description.sites)).cells;
-        }
+        if (sites) sites_.emplace(skin.skin.description.sites, width_);
         int place = response_place(skin.skin.chain);
         for (Plane<float>& side : pressure_) side = Plane<float>(skin.skin.padded_cells(), place++);
         const auto made = [](Plane<float>& plane, size_t cells, int at) {
@@ -188,8 +184,8 @@ class SkinStream : public model::Stream {
     int from_ = 0;                                          // the side of the pressure that the next press starts from
     std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
     const size_t width_, pitch_, cells_;
+    const std::vector<size_t> held_; // the cells that sites read; a saved state holds them alone; empty without sites
     std::optional<SitesOfFields> sites_;
-    std::vector<size_t> held_; // the cells that sites read; a saved state holds them alone; empty without sites
     float* field_[RESPONSE_MAPS]{};
     Responses response_{};
 };
@@ -197,8 +193,7 @@ class SkinStream : public model::Stream {
 // Whether a single skin is cheaper to press as one pad on one thread: its rows are short, or its sites few.
 bool as_pads(const StreamedSkin& s, int threads) {
     const model::PreparedSkin& skin = s.skin;
-    const std::vector<Site>& sites = skin.description.sites;
-    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, model::cells_of(sites)}, threads)) return true;
+    if (!skin.description.sites.empty() && PadCells::sparse(skin, model::site_cells_of(skin), threads)) return true;
     return skin.width() < 96 && threads == 1;
 }
 

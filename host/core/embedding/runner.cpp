@@ -3,6 +3,7 @@
 
 #include "host/core/base/float_environment.hpp"
 #include "host/core/embedding/skin_program.hpp"
+#include "host/core/model/site_cells.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -31,8 +32,9 @@ SkinProgram fitting(Context& context, const model::StreamedSkin& skin) {
 
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const model::StreamedSkin& skin)
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
-      height_(skin.skin.height()), layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
-      context_(std::move(context)), program_(fitting(*context_, skin)), together_(frames_together()),
+      height_(skin.skin.height()), planes_(size_t(skin.variant().state().planes())),
+      held_(model::site_cells_of(skin.skin).cells), context_(std::move(context)), program_(fitting(*context_, skin)),
+      together_(frames_together()),
       constants_(on_device(program_.memory().constants)), state_{on_device(program_.memory().state),
                                                                  on_device(program_.memory().state)},
       pressure_{on_device(program_.memory().pressure), on_device(program_.memory().pressure)},
@@ -240,13 +242,15 @@ template <class Byte> void SkinRunner::transfer(const model::PadList& pads, cons
     const auto move = [&] { // between the staging buffer and the caller's memory
         auto *state = static_cast<float*>(staging.data()), *pressure = state + pads.count * of_state / sizeof(float);
         // A plane of a state: rows of cells, or single cells that sites read.
-        const size_t rows = size_t(height_), run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_,
-                     runs = sites_ ? layout_.cells : rows;
+        const size_t rows = size_t(height_), row = planes_ * pitch_;
         for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
             Byte *strains = saved.strains_of(i), *pressed = saved.pressure_of(i);
-            for (size_t p = 0; p < layout_.planes; ++p)
-                for (size_t k = 0; k < runs; ++k)
-                    model::copy_state(strains, state + (k * layout_.planes + p) * pitch, run);
+            for (size_t p = 0; p < planes_; ++p) {
+                float* const plane = state + p * pitch_;
+                for (size_t y = 0; held_.empty() && y < rows; ++y) model::copy_state(strains, plane + y * row, width_);
+                for (const size_t cell : held_)
+                    model::copy_state(strains, plane + cell / width_ * row + cell % width_, 1);
+            }
             for (size_t y = 0; y < rows; ++y, pressure += pitch_) model::copy_state(pressed, pressure, width_);
         }
     };
@@ -264,16 +268,15 @@ template <class Byte> void SkinRunner::transfer(const model::PadList& pads, cons
     if (saves) move();
 }
 
-// Downloads the rows of pressure and of a state that hold these cells. If sites read the state, its rows are single
-// cells.
+// Downloads the rows of pressure and of a state that hold these cells.
 void SkinRunner::read(const model::PadList& pads, const std::vector<model::HeldCell>& cells, size_t planes, float* to) {
     const Use use = context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
-    const size_t run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_, row = layout_.planes * pitch;
     const auto *state = static_cast<const float*>(staging_->data()),
                *pressure = state + pads_ * of_state / sizeof(float);
     const VkCommandBuffer commands = recording().begin();
-    const auto download = [&](const Buffer& from, VkDeviceSize at, VkDeviceSize of_pad, size_t of_row, auto row_of) {
+    const auto row_of = [this](const model::HeldCell& c) { return c.cell / width_; };
+    const auto download = [&](const Buffer& from, VkDeviceSize at, VkDeviceSize of_pad, size_t of_row) {
         for (size_t i = 0; i < pads.count; ++i)
             for (size_t k = 0, n; k < cells.size(); k += n) { // ascending cells: rows side by side at once
                 const size_t first = row_of(cells[k]);
@@ -285,15 +288,14 @@ void SkinRunner::read(const model::PadList& pads, const std::vector<model::HeldC
                 context_->calls().vkCmdCopyBuffer(commands, from.handle(), staging_->handle(), 1, &region);
             }
     };
-    download(state_[from_], 0, of_state, row, [&](const model::HeldCell& c) { return c.held / run; });
-    download(pressure_[from_], pads_ * of_state, of_pressure, pitch_,
-             [&](const model::HeldCell& c) { return c.cell / width_; });
+    download(state_[from_], 0, of_state, planes_ * pitch_);
+    download(pressure_[from_], pads_ * of_state, of_pressure, pitch_);
     recording().submit();
     for (size_t i = 0; i < pads.count;
          ++i, state += of_state / sizeof(float), pressure += of_pressure / sizeof(float)) {
         for (size_t p = 0; p < planes; ++p)
-            for (const model::HeldCell& c : cells) *to++ = state[c.held / run * row + p * pitch + c.held % run];
-        for (const model::HeldCell& c : cells) *to++ = pressure[c.cell / width_ * pitch_ + c.cell % width_];
+            for (const model::HeldCell& c : cells) *to++ = state[(row_of(c) * planes_ + p) * pitch_ + c.cell % width_];
+        for (const model::HeldCell& c : cells) *to++ = pressure[row_of(c) * pitch_ + c.cell % width_];
     }
 }
 

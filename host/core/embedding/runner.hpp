@@ -53,8 +53,8 @@ class SkinRunner : public model::Stream {
 
     const size_t pads_, width_, pitch_;
     const int height_;
-    const model::StateLayout layout_;
-    const bool sites_; // only sites respond
+    const size_t planes_;            // of a state
+    const std::vector<size_t> held_; // the cells that sites read, which a saved state has alone; empty without sites
     std::shared_ptr<Context> context_;
     SkinProgram program_;
     const size_t together_; // the frames that are pressed in one submission, at most

@@ -16,7 +16,7 @@ Felt::Felt(const StreamedSkin& s)
       thickness_(float(s.skin.constants.thickness)), cells_differ_(chain_.spring && !s.skin.uniform()) {
     const PreparedSkin& skin = s.skin;
     if (!skin.description.sites.empty()) {
-        const SiteCells cells(skin, {skin.whole()}, cells_of(skin.description.sites));
+        const SiteCells cells = site_cells_of(skin);
         read_ = cells.cells;
         for (const Site& site : skin.description.sites) sites_.emplace_back(skin, cells, site.cell);
     }

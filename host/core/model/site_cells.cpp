@@ -25,10 +25,10 @@ StencilCells numbers_of(const PreparedSkin& skin, Cell c) {
 
 } // namespace
 
-std::vector<Cell> cells_of(const std::vector<Site>& sites) {
-    std::vector<Cell> cells;
-    for (const Site& site : sites) cells.push_back(site.cell);
-    return cells;
+SiteCells site_cells_of(const PreparedSkin& skin) {
+    std::vector<Cell> points;
+    for (const Site& site : skin.description.sites) points.push_back(site.cell);
+    return {skin, {skin.whole()}, points};
 }
 
 bool ever_pressed(const PressedCells& pressed, size_t cell, int width) {

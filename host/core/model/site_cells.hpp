@@ -13,8 +13,6 @@ struct PressedCells {
     bool spread = false;              // it acts below other cells too: a point that is never pressed has a response
 };
 
-std::vector<Cell> cells_of(const std::vector<Site>&); // in the order of the sites
-
 struct SiteCells {
     SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);
     std::vector<Cell> points;
@@ -23,6 +21,8 @@ struct SiteCells {
     Chain chain;                    // how many consecutive elements of `materials` belong to one cell
     std::vector<int> material_of;   // index of each cell's first element
 };
+// The cells that the sites of a skin read; no cells without sites.
+SiteCells site_cells_of(const PreparedSkin&);
 bool ever_pressed(const PressedCells&, size_t cell, int width);
 
 // The cells that the stencil of one point reads, as indices into SiteCells::cells. The index cells.size() stands for a

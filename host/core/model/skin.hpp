@@ -105,6 +105,7 @@ struct Variant {
     bool keeps_strain = false;                              // the state holds the sum of strains in series
     enum class Pads { none, alike, own } pads = Pads::none; // in a batch: whether each pad has coefficients of its own
     bool spreads = false; // responses are signals, in maps with zeros around them (kernels/spread.h)
+    bool sites = false;   // only sites respond, and only the cells that they read are needed
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1 || parabolic; }
     StateShape state() const {

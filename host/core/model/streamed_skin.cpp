@@ -162,6 +162,7 @@ Variant StreamedSkin::variant() const {
             .chain = skin.chain,
             .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
             .spreads = deep(),
+            .sites = !skin.description.sites.empty(),
             .wanted = wanted};
 }
 
@@ -281,8 +282,7 @@ std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin& s) {
 }
 
 StateLayout state_layout_of(const StreamedSkin& s) {
-    const std::vector<Cell> at = cells_of(s.skin.description.sites);
-    return {.cells = at.empty() ? s.skin.cells() : SiteCells(s.skin, {s.skin.whole()}, at).cells.size(),
+    return {.cells = s.skin.description.sites.empty() ? s.skin.cells() : site_cells_of(s.skin).cells.size(),
             .planes = size_t(s.variant().state().planes()),
             .pressure = s.skin.cells()};
 }

@@ -21,10 +21,8 @@ static std::unique_ptr<model::Stream> stream_of(const model::StreamedSkin& s, mo
 
 PressedCells::PressedCells(const model::StreamedSkin& s, model::Backend& backend)
     : pads_(size_t(s.pads)), cells_(s.skin.cells()), fields_(s.sites().empty()), wanted_(s.wanted),
-      layout_(state_layout_of(s)), counts_(model::response_counts(s)), felt_(s), stream_(stream_of(s, backend)) {
-    const std::vector<Site>& sites = s.skin.description.sites;
-    if (!sites.empty()) read_ = model::SiteCells(s.skin, {s.skin.whole()}, model::cells_of(sites)).cells;
-}
+      layout_(state_layout_of(s)), counts_(model::response_counts(s)), read_(model::site_cells_of(s.skin).cells),
+      felt_(s), stream_(stream_of(s, backend)) {}
 
 void PressedCells::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     stream_->set_elements(pads, elements);

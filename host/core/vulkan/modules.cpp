@@ -8,11 +8,12 @@
 #include "halve_texels_spv.h"
 #include "press_signals_spv.h"
 #include "press_signals_texels_spv.h"
+#include "press_sites_spv.h"
+#include "press_sites_texels_spv.h"
 #include "press_spv.h"
 #include "press_texels_spv.h"
 #include "reduce_spv.h"
 #include "reduce_texels_spv.h"
-#include "sites_spv.h"
 #include "spread_spv.h"
 #include "spread_texels_spv.h"
 
@@ -26,7 +27,6 @@ Module reduce_module() { return {.code = reduce_spv, .bytes = sizeof reduce_spv}
 Module halve_module() { return {.code = halve_spv, .bytes = sizeof halve_spv}; }
 Module spread_module() { return {.code = spread_spv, .bytes = sizeof spread_spv}; }
 Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
-Module sites_module() { return {.code = sites_spv, .bytes = sizeof sites_spv}; }
 
 constexpr uint32_t press_texels =
     1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE | 1u << PRESS_STATE_FROM;
@@ -36,6 +36,10 @@ Module press_texels_module() {
 Module press_signals_module() { return {.code = press_signals_spv, .bytes = sizeof press_signals_spv}; }
 Module press_signals_texels_module() {
     return {.code = press_signals_texels_spv, .bytes = sizeof press_signals_texels_spv, .texels = press_texels};
+}
+Module press_sites_module() { return {.code = press_sites_spv, .bytes = sizeof press_sites_spv}; }
+Module press_sites_texels_module() {
+    return {.code = press_sites_texels_spv, .bytes = sizeof press_sites_texels_spv, .texels = press_texels};
 }
 
 Module reduce_texels_module() {

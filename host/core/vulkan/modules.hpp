@@ -17,14 +17,15 @@ struct Module {
 Module press_module();
 Module reduce_module();
 Module press_signals_module(); // for receptors at depths
+Module press_sites_module();   // for sites
 Module halve_module();
 Module spread_module();
-Module sites_module();
 Module fibres_module();
 // The same kernels, which read their maps as texel buffers.
 Module press_texels_module();
 Module reduce_texels_module();
 Module press_signals_texels_module();
+Module press_sites_texels_module();
 Module halve_texels_module();
 Module spread_texels_module();
 

@@ -12,29 +12,35 @@ namespace {
 
 constexpr VkDeviceSize slice_alignment = 256; // the greatest minStorageBufferOffsetAlignment that Vulkan allows
 
+// A map of the materials of these cells, which no other cell needs.
+std::vector<int> materials_of(const model::PreparedSkin& skin, const model::SiteCells& needed) {
+    const size_t width = size_t(skin.width());
+    std::vector<int> map(skin.uniform() ? 0 : skin.padded_cells());
+    for (size_t i = 0; i < needed.cells.size() && !map.empty(); ++i)
+        map[needed.cells[i] / width * size_t(skin.pitch) + needed.cells[i] % width] = needed.material_of[i];
+    return map;
+}
+
 } // namespace
 
 Recorder::Recorder(Pipelines& pipelines, model::StreamedSkin&& streamed, uint32_t max_bindings)
     : device_(pipelines.device()), streamed_(std::move(streamed)), layout_(response_layout_of(streamed_)) {
     const model::PreparedSkin& skin = streamed_.skin;
-    if (skin.description.sites.empty())
-        fields_.emplace(pipelines, skin, streamed_.variant(), skin.whole(), max_bindings);
-    else sites_.emplace(pipelines, streamed_, layout_, max_bindings);
-    if (fields_ && streamed_.pads > 1 && !streamed_.variant().tabled() && streamed_.elements_of_pad.empty()) {
-        model::Variant alike = streamed_.variant();
+    const model::Variant variant = streamed_.variant();
+    const model::SiteCells needed = model::site_cells_of(skin);
+    const std::vector<f32::SiteEntry> sites = site_entries(streamed_, layout_, needed);
+    press_.emplace(pipelines, skin, variant, skin.whole(), max_bindings, sites);
+    if (streamed_.pads > 1 && !variant.tabled() && streamed_.elements_of_pad.empty()) {
+        model::Variant alike = variant;
         alike.pads = model::Variant::Pads::alike;
-        alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings);
+        alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings, sites);
     }
     if (streamed_.deep()) spread_.emplace(pipelines, streamed_, layout_, pads_of_group(), max_bindings);
-    materials_ = sites_ ? sites_->materials() : skin.materials;
-    if (sites_) {
-        cells_ = append(sites_->cells());
-        stencils_ = append(sites_->sites());
-    } else {
-        rest_ = append(model::padded_rest_curvature<float>(skin));
-        material_ = append(skin.material_of);
-        if (spread_) weights_ = append(spread_->weights());
-    }
+    rest_ = append(model::padded_rest_curvature<float>(skin));
+    sites_ = append(press_->sites());
+    materials_ = variant.sites ? needed.materials : skin.materials;
+    material_ = append(variant.sites ? materials_of(skin, needed) : skin.material_of);
+    if (spread_) weights_ = append(spread_->weights());
     if (streamed_.pads > 1)
         table_ = append(std::vector<f32::Coefficients>(behind_list() + size_t(streamed_.pads) * table_length()));
     else if (streamed_.variant().tabled()) table_ = append(std::vector<f32::Coefficients>(table_length()));
@@ -47,7 +53,7 @@ void Recorder::fill_needs() {
     const VkDeviceSize pads = VkDeviceSize(streamed_.pads), map = pads * streamed_.skin.padded_cells() * sizeof(float);
     const VkDeviceSize planes = VkDeviceSize(streamed_.variant().state().planes());
     needs_.constants.bytes = needs_.constants.initial.size();
-    needs_.state.bytes = planes * (sites_ ? pads * sites_->cells().size() * sizeof(float) : map);
+    needs_.state.bytes = planes * map;
     needs_.pressure.bytes = map;
     needs_.response.bytes = layout_.all * sizeof(float);
     needs_.invalid.bytes = sizeof(uint32_t);
@@ -57,7 +63,7 @@ void Recorder::fill_needs() {
         m->alignment = std::max<VkDeviceSize>(device_.limits.minStorageBufferOffsetAlignment, sizeof(float));
         m->usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     }
-    if (fields_ && device_.texels)
+    if (device_.texels)
         for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure, &needs_.scratch})
             m->usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     if (writes_constants()) needs_.constants.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
@@ -84,9 +90,8 @@ void Recorder::check_limits() const {
             if (bytes > most)
                 refuse("count", pads + " need " + std::to_string(bytes) + " bytes", "maxStorageBufferRange", most);
     }
-    if (!sites_) return; // fields are bound in row windows
-    for (VkDeviceSize bytes : {cells_.bytes, stencils_.bytes, needs_.state.bytes})
-        if (bytes > most)
+    for (VkDeviceSize bytes : {sites_.bytes, needs_.response.bytes}) // fields are bound in row windows
+        if (sites_.bytes > 0 && bytes > most)
             refuse("sites",
                    std::to_string(streamed_.skin.description.sites.size()) + " sites need " + std::to_string(bytes) +
                        " bytes",
@@ -113,22 +118,14 @@ void Recorder::bind(size_t binding, const Buffers& b) {
     const BufferRange response = range(b.response, needs_.response), invalid = range(b.invalid, needs_.invalid);
     if (bound_.size() <= binding) bound_.resize(binding + 1);
     bound_[binding] = {constant(table_), b.state_from, b.state_to, b.pressure_from, b.pressure_to};
-    if (sites_)
-        return sites_->bind(binding, {.pressure_from = range(b.pressure_from, needs_.pressure),
-                                      .pressure_to = range(b.pressure_to, needs_.pressure),
-                                      .cells = constant(cells_),
-                                      .sites = constant(stencils_),
-                                      .state_from = range(b.state_from, needs_.state),
-                                      .state_to = range(b.state_to, needs_.state),
-                                      .response = response,
-                                      .coefficients = writes_constants() ? bound_[binding].table : constant(cells_),
-                                      .invalid = invalid});
     PressKernel::Maps m{.pressure_from = range(b.pressure_from, needs_.pressure),
                         .pressure_to = range(b.pressure_to, needs_.pressure),
                         .rest_curvature = constant(rest_),
                         .state_from = range(b.state_from, needs_.state),
                         .state_to = range(b.state_to, needs_.state),
                         .response = {},
+                        .sites = constant(sites_),
+                        .responses = response,
                         .coefficients = writes_constants() ? bound_[binding].table : invalid,
                         .material = streamed_.skin.uniform() ? invalid : constant(material_),
                         .invalid = invalid};
@@ -141,7 +138,7 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                                   : BufferRange{response.buffer, response.offset + r.first * sizeof(float),
                                                 r.count * sizeof(float)};
     }
-    fields_->bind(binding, m);
+    press_->bind(binding, m);
     if (alike_) alike_->bind(binding, m);
     if (spread_)
         spread_->bind(binding, {.scratch = scratch,
@@ -274,8 +271,7 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
         f32::Constants c = model::frame_constants(streamed_.skin, table.coefficients.front());
         c.respond = press.answers;
         const uint32_t pads = uint32_t(slots.last - slots.first);
-        if (sites_) sites_->record(commands, binding, c, pads, own);
-        else (batch && from_constants ? alike_ : fields_)->record(commands, binding, c, pads, own);
+        (batch && from_constants ? alike_ : press_)->record(commands, binding, c, pads, own);
         if (spread_ && press.answers) spread_->record(commands, binding, pads, own);
     }
 }

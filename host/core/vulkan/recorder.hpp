@@ -4,7 +4,6 @@
 
 #include "dermis/vulkan.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
-#include "host/core/vulkan/sites_kernel.hpp"
 #include "host/core/vulkan/spread_kernel.hpp"
 
 #include <optional>
@@ -44,9 +43,7 @@ class Recorder {
     // that are not pressed. own: see PressKernel::record(); if it is null, nothing is thrown.
     void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
     // The most work of a pad's press.
-    double work_of_pad() const {
-        return sites_ ? sites_->work_of_pad() : fields_->work_of_pad() + (spread_ ? spread_->work_of_pad() : 0);
-    }
+    double work_of_pad() const { return press_->work_of_pad() + (spread_ ? spread_->work_of_pad() : 0); }
     bool copies() const { return spread_ && spread_->copies(); } // a press ends with a copy
     // Gives pads other elements, the same number as before.
     void set_elements(const model::PadList&, const std::vector<model::Element>&);
@@ -61,7 +58,7 @@ class Recorder {
         return model::entries_of(streamed_.hold) *
                (streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length);
     }
-    size_t pads_of_group() const { return fields_ ? fields_->pads_of_group() : 1; } // of a workgroup
+    size_t pads_of_group() const { return press_->pads_of_group(); } // of a workgroup
     // The index of the first coefficients behind a list of all pads, counted in Coefficients.
     size_t behind_list() const;
     bool pads_alike(const Press& press) const {
@@ -88,12 +85,11 @@ class Recorder {
     const DeviceTable& device_;
     model::StreamedSkin streamed_;
     const model::ResponseLayout layout_;
-    std::optional<PressKernel> fields_;  // set where every cell responds
+    std::optional<PressKernel> press_;
     std::optional<PressKernel> alike_;   // set for pads that all have the same single element
-    std::optional<SitesKernel> sites_;   // set where only sites respond
     std::optional<SpreadKernel> spread_; // set where receptors lie at depths: `press` then makes their signals
     MemoryNeeds needs_;
-    Slice rest_, material_, table_, cells_, stencils_, weights_;
+    Slice rest_, material_, table_, sites_, weights_;
     std::vector<model::Element> materials_; // the elements of all, or of a pad without elements of its own
     struct Bound {                          // by a binding
         BufferRange table;                  // list and coefficients

@@ -9,7 +9,7 @@ namespace dermis::vulkan {
 
 Requirements requirements() {
     Requirements r;
-    r.storage_buffers = std::max({PRESS_BINDINGS, SITES_BINDINGS, REDUCE_BINDINGS});
+    r.storage_buffers = std::max(PRESS_BINDINGS, REDUCE_BINDINGS);
     r.required_if_offered = {"VK_KHR_portability_subset"};
     r.used_if_enabled = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
     r.used_if_enabled_instance = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
