@@ -3,9 +3,9 @@
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"
-#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/vulkan/recording.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 

@@ -3,8 +3,8 @@
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"
-#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"
 

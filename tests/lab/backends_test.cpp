@@ -3,9 +3,9 @@
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "host/core/cpu/backend.hpp"
 #include "host/core/embedding/check.hpp"
-#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 
@@ -538,6 +538,6 @@ TEST_CASE("the test of a march steps its very variant: what is wrong along parab
         CHECK(marches_exactly(wrong, v));
     }
     const Validated vulkan;
-    CHECK(vulkan.device().impl().backend->exact(
-        {.framed = true, .parabolic = true, .wanted = {true, true, true, true, true}}));
+    CHECK(vulkan::exact(*vulkan.device().impl().backend,
+                        {.framed = true, .parabolic = true, .wanted = {true, true, true, true, true}}));
 }

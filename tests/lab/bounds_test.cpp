@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a bound covers, and what is measured beside it: means, many steps, released presses, witnesses.
-#include "host/core/model/totals.hpp"
+#include "host/lab/march/totals.hpp"
 #include "host/lab/run/witness.hpp"
 #include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"

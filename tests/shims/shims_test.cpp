@@ -3,9 +3,9 @@
 // cases run under the layer alone, one for each shim (tests/shims/shims.py).
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"
-#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/vulkan/recording.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "tests/support.hpp"
 
 using namespace test;

@@ -19,13 +19,12 @@ class CpuBackend : public model::Backend {
     std::unique_ptr<model::Stream> stream(const model::StreamedSkin& skin) override {
         return cpu::stream(skin, threads_, isa_);
     }
-    std::unique_ptr<model::March> march(const model::MarchPlan& plan) override {
-        return cpu::march(plan, threads_, isa_);
-    }
     std::unique_ptr<model::FibrePopulation<f32>> fibres(const std::vector<model::FibreKind>& kinds,
                                                         size_t pads) override {
         return std::make_unique<Fibres<f32>>(kinds, pads, threads_, isa_);
     }
+
+    const simd::Isa& isa() const { return isa_; }
 
   private:
     const int threads_;

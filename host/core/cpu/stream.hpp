@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A skin on the CPU path: pressed frame by frame, in f32, or by a run.
+// A skin on the CPU path, pressed frame by frame in f32.
 #pragma once
 
 #include "host/core/cpu/cells.hpp"
@@ -39,8 +39,6 @@ class FramePress {
     std::vector<CellsPress<f32>> presses_; // not yet pressed
 };
 
-// The march of a run. threads: 0 = one per core.
-std::unique_ptr<model::March> march(const model::MarchPlan&, int threads, const simd::Isa&);
 // A stream of a batch of pads, or of a single skin as one pad. Each thread takes whole pads.
 std::unique_ptr<model::Stream> pad_stream(const model::StreamedSkin&, int threads, const simd::Isa&);
 // A stream of a skin or batch that answers by signals. signals: the stream of model::signals_of() the skin, of any

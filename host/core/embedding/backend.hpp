@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "host/core/embedding/check.hpp"
 #include "host/core/embedding/runner.hpp"
-#include "host/core/embedding/self_test.hpp"
 #include "host/core/vulkan/fibres_kernel.hpp"
-#include "host/core/vulkan/march.hpp"
 #include "host/core/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
@@ -27,15 +26,6 @@ class VulkanBackend : public model::Backend {
     std::unique_ptr<model::Stream> stream(const model::StreamedSkin& skin) override {
         const Use use = context_->need_working();
         return std::make_unique<SkinRunner>(context_, skin);
-    }
-    std::unique_ptr<model::March> march(const model::MarchPlan& plan) override {
-        const Use use = context_->need_working();
-        return vulkan::march(plan, context_);
-    }
-    bool exact(const model::Variant& variant) override {
-        std::vector<uint32_t> key = specialization(variant);
-        key.push_back(2); // of a march: a stream's key ends in 0 or 1
-        return context_->exact(key, [&] { return marches_exactly(*this, variant); });
     }
     bool exact(const model::StreamedSkin& skin) override {
         std::vector<uint32_t> key = specialization(skin.variant());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/embedding/check.hpp"
 
+#include "host/core/base/float_environment.hpp"
 #include "host/core/cpu/stream.hpp"
 #include "host/core/model/laplacian.hpp"
 
@@ -159,6 +160,16 @@ bool SampleStream::same(const float* a, const float* b) const {
             if (std::memcmp(a + r.first + k, b + r.first + k, sizeof(float)) != 0) return false;
         }
     return true;
+}
+
+bool presses_exactly(model::Backend& backend, const model::StreamedSkin& like) {
+    const DefaultFloats guard;
+    const SampleStream sample(like);
+    const auto pressures = sample.pressures(), found = sample.pressed(*backend.stream(sample.skin()), pressures),
+               expected = sample.expected(pressures);
+    bool exact = true;
+    for (size_t i = 0; i < found.size(); ++i) exact &= sample.same(found[i].data(), expected[i].data());
+    return exact;
 }
 
 } // namespace dermis

@@ -64,4 +64,7 @@ class SampleStream {
     model::ResponseLayout layout_;
 };
 
+// Whether presses of a skin like this one have the bits of the CPU path's plain loops.
+bool presses_exactly(model::Backend&, const model::StreamedSkin&);
+
 } // namespace dermis

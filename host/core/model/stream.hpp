@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The interface of a backend, the CPU path or a Vulkan device: its Stream presses frames, its March takes the steps of
-// a run.
+// The interface of a backend, the CPU path or a Vulkan device: its Stream presses frames.
 #pragma once
 
 #include "host/core/model/fibres.hpp"
 #include "host/core/model/streamed_skin.hpp"
-#include "host/core/model/totals.hpp"
 
 #include <memory>
 #include <vector>
@@ -74,78 +72,6 @@ class Stream {
     std::vector<float> frames_; // of take_cells()
 };
 
-// The number of steps that the CPU path takes at once in a march, while a band of rows is in a cache.
-constexpr size_t steps_of_batch = 8;
-
-// The strain and the responses at the end of one step, over all cells and in the points of a march.
-struct Sample {
-    std::array<Totals, REDUCED_MAPS> totals;
-    std::vector<double> points; // [quantity][point]
-};
-
-// The coefficients of a step. A march asks for them on its threads, in its own precision.
-class StepCoefficients {
-  public:
-    virtual ~StepCoefficients() = default;
-    // Write the coefficients of so many cells. material: each cell's index, as in PreparedSkin::material_of; null: they
-    // are written once for each of PreparedSkin::materials, as a table.
-    virtual void fill(const int* material, int cells, f32::Coefficients*) const = 0;
-    virtual void fill(const int* material, int cells, f64::Coefficients*) const = 0;
-};
-
-// A step of a march. The pressure is a map times start + rise*t + jump or, framed, runs between the last two frames;
-// see Constants in kernels/layout.h.
-struct MarchStep {
-    std::shared_ptr<const StepCoefficients> coefficients; // equal pointers mean equal numbers
-    double start = 0, rise = 0, jump = 0;
-    bool keep = true; // the state advances; otherwise the next step starts from where this one did
-    bool respond = false;
-    Sample* sample = nullptr; // the caller's, filled by March::settle(); null: not asked for
-};
-
-// The constants of a step. skin: those of every step; k: the step's first coefficients.
-template <class K>
-typename K::Constants constants_of(const typename K::Constants& skin, const typename K::Coefficients* k,
-                                   const MarchStep& step) {
-    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
-    typename K::Constants c = skin;
-    if (k) c.coefficients = *k;
-    c.start = r(step.start);
-    c.rise = r(step.rise);
-    c.jump = r(step.jump);
-    c.respond = step.respond;
-    return c;
-}
-
-// The skin, load and outputs of a march. Its references outlive the march.
-struct MarchPlan {
-    const PreparedSkin& skin;
-    Variant variant;
-    Precision precision = Precision::f32;
-    PressedBox pressed;
-    const std::vector<double>& pressure; // Pa, width*height: the map that steps scale; unused if framed
-    const std::vector<Cell>& points;
-    bool keeps_maps = false; // maps() is asked for responses
-};
-
-// One skin, stepped by a run.
-class March {
-  public:
-    virtual ~March() = default;
-    // Framed: from the next step on the pressure runs to this map (width*height, Pa) from the previous one, at first
-    // from 0.
-    virtual void frame(const std::vector<double>& pressure) = 0;
-    // Takes a step at once, or later together with others. Returns whether no step waits any more.
-    virtual bool press(const MarchStep&) = 0;
-    // Takes all steps that wait, and fills their samples. Returns the bits simd::strain_changed and
-    // simd::integral_changed of the last step; all bits if they are not known.
-    virtual int settle() = 0;
-    // Returns the strain and responses at the end of the last step, maps whose rows are a pitch apart, of floats or, in
-    // f64, of doubles. They last until the next step or call.
-    virtual std::vector<const void*> maps(const std::vector<Quantity>&) = 0;
-    virtual long long dispatches() const { return 0; }
-};
-
 // The properties of a backend that the planner uses. Costs serve to choose, they are no promise.
 struct Capabilities {
     std::string name;
@@ -162,12 +88,7 @@ class Backend {
     virtual Capabilities capabilities() const = 0;
     int threads() const { return capabilities().threads; }
     virtual std::unique_ptr<Stream> stream(const StreamedSkin&) = 0;
-    // Throws Error::bad_input if a value or size is beyond the backend's limits, before anything is allocated on a
-    // device.
-    virtual std::unique_ptr<March> march(const MarchPlan&) = 0;
-    // Return whether marches of this variant, and streams of a skin like this one, have the CPU path's bits. The first
-    // call for a kernel tests it.
-    virtual bool exact(const Variant&) { return true; }
+    // Returns whether streams of a skin like this one have the CPU path's bits. The first call for a kernel tests it.
     virtual bool exact(const StreamedSkin&) { return true; }
     // Nerve fibres in each of so many pads. Throws Error::device, and Error::no_device where they have other bits than
     // on the CPU path.

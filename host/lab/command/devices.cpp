@@ -2,8 +2,8 @@
 // dermis devices and dermis check.
 #include "host/lab/command/commands.hpp"
 
-#include "host/core/embedding/self_test.hpp"
 #include "host/core/press/device.hpp"
+#include "host/lab/march/self_test.hpp"
 
 #include <algorithm>
 

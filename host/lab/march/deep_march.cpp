@@ -12,13 +12,13 @@ template <class K> class DeepMarch : public March {
     using real = typename K::real;
 
     DeepMarch(Backend& backend, const MarchPlan& plan, const HalfSpaces& spaces)
-        : points_(plan.points), surface_(signals_of(plan.skin)), signals_(backend.march({.skin = surface_,
-                                                                                         .variant = plan.variant,
-                                                                                         .precision = plan.precision,
-                                                                                         .pressed = plan.pressed,
-                                                                                         .pressure = plan.pressure,
-                                                                                         .points = plan.points,
-                                                                                         .keeps_maps = true})),
+        : points_(plan.points), surface_(signals_of(plan.skin)), signals_(march(backend, {.skin = surface_,
+                                                                                          .variant = plan.variant,
+                                                                                          .precision = plan.precision,
+                                                                                          .pressed = plan.pressed,
+                                                                                          .pressure = plan.pressure,
+                                                                                          .points = plan.points,
+                                                                                          .keeps_maps = true})),
           spreading_(plan.skin, classes_of(plan, spaces), pitch(), 1, true, backend.threads(), simd::best()),
           rest_(pitch()), tiles_(size_t(surface_.height()) * size_t(surface_.tiles)) {
         for (const auto& c : spreading_.classes()) {
@@ -30,12 +30,12 @@ template <class K> class DeepMarch : public March {
 
     void frame(const std::vector<double>& pressure) override { signals_->frame(pressure); }
 
-    bool press(const MarchStep& step) override {
+    bool press(const Step& step, Sample* sample) override {
         spread_ = false;
-        const bool none_waits = signals_->press(step);
-        if (!step.sample) return none_waits;
+        const bool none_waits = signals_->press(step, sample);
+        if (!sample) return none_waits;
         spread(); // the sample then has strains and signals
-        for (size_t i = 0; i < to_.size(); ++i) take(size_t(read_[i]), to_[i], *step.sample);
+        for (size_t i = 0; i < to_.size(); ++i) take(size_t(read_[i]), to_[i], *sample);
         return true;
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/march/march.hpp"
 
+#include "host/core/cpu/backend.hpp"
 #include "host/core/model/laplacian.hpp"
 
 #include <deque>
@@ -8,29 +9,6 @@
 namespace dermis {
 namespace model {
 namespace {
-
-// Those of a step of a schedule.
-class CoefficientsOfStep : public StepCoefficients {
-  public:
-    CoefficientsOfStep(const Step& step, const PreparedSkin& skin) : step_(step), skin_(skin) {}
-    void fill(const int* material, int cells, f32::Coefficients* to) const override {
-        fill_in<f32>(material, cells, to);
-    }
-    void fill(const int* material, int cells, f64::Coefficients* to) const override {
-        fill_in<f64>(material, cells, to);
-    }
-
-  private:
-    template <class K> void fill_in(const int* material, int cells, typename K::Coefficients* to) const {
-        const std::vector<Element>& all = skin_.materials;
-        if (material) return fill_row<K>(step_, all, skin_.chain, skin_.rule, material, cells, to);
-        for (size_t i = 0; i < all.size(); i += skin_.chain.length)
-            fill_chain<K>(step_, all, skin_.chain, skin_.rule, i, to + i * step_.entries());
-    }
-
-    const Step step_;
-    const PreparedSkin& skin_;
-};
 
 // Writes curvature or deformation under a strain whose rows are a pitch apart, in the arithmetic of a march.
 template <class K>
@@ -73,21 +51,10 @@ class MarchStepper : public Stepper {
             return;
         }
         steady_ = false;
-        if (!coefficients_ || !step.same_coefficients(coefficients_of_)) {
-            coefficients_ = std::make_shared<CoefficientsOfStep>(step, skin_);
-            coefficients_of_ = step;
-        }
         if (waiting_ == slots_.size()) slots_.emplace_back();
         Slot& slot = slots_[waiting_++];
         slot.step = step;
-        if (march_->press({.coefficients = coefficients_,
-                           .start = step.constant_start(),
-                           .rise = step.constant_rise(),
-                           .jump = step.jump,
-                           .keep = step.keep,
-                           .respond = step.respond(),
-                           .sample = sampled(step) ? &slot.sample : nullptr}))
-            finish();
+        if (march_->press(slot.step, sampled(step) ? &slot.sample : nullptr)) finish();
     }
 
     void finish() override {
@@ -147,8 +114,6 @@ class MarchStepper : public Stepper {
     Sink sink_;
     std::deque<Slot> slots_; // of steps that wait, in order, and of the last ones that were taken
     std::unique_ptr<March> march_;
-    std::shared_ptr<const StepCoefficients> coefficients_; // of the last step
-    Step coefficients_of_;                                 // what they were made for
     size_t waiting_ = 0;
     size_t last_ = 0;     // slot of the last step that was taken
     bool steady_ = false; // the last step changed nothing that is asked for
@@ -156,6 +121,11 @@ class MarchStepper : public Stepper {
 };
 
 } // namespace
+
+std::unique_ptr<March> march(Backend& backend, const MarchPlan& plan) {
+    const auto* const cpu = dynamic_cast<const cpu::CpuBackend*>(&backend);
+    return cpu ? cpu::march(plan, cpu->threads(), cpu->isa()) : vulkan::march(plan, backend);
+}
 
 std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const Schedule& schedule,
                                Precision precision, Stepper::Sink sink) {
@@ -168,7 +138,7 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
                          .points = schedule.points,
                          .keeps_maps = schedule.keeps_maps};
     return std::make_unique<MarchStepper>(schedule.spreads() ? deep_march(backend, plan, schedule.half_space)
-                                                             : backend.march(plan),
+                                                             : march(backend, plan),
                                           skin, variant, precision, std::move(sink));
 }
 
@@ -177,7 +147,7 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
 std::unique_ptr<model::Stepper> march(const Device& device, const model::PreparedSkin& skin,
                                       const model::Schedule& schedule, Precision precision, model::Stepper::Sink sink) {
     Device::Impl& d = device.impl();
-    d.info.exact &= d.backend->exact(variant_of(skin, schedule, precision));
+    if (d.info.vulkan) d.info.exact &= vulkan::exact(*d.backend, variant_of(skin, schedule, precision));
     d.need_exact();
     return model::march(*d.backend, skin, schedule, precision, std::move(sink));
 }

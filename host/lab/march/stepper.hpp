@@ -2,7 +2,7 @@
 // The interface of every model in a run: it takes the steps of a schedule and delivers the samples at their ends.
 #pragma once
 
-#include "host/core/model/stream.hpp"
+#include "host/lab/march/totals.hpp"
 #include "host/lab/schedule/timeline.hpp"
 
 namespace dermis::model {
@@ -14,6 +14,15 @@ struct StencilEstimate {
     long long kinks = 0;  // cells where |C5 - C4| exceeds |C|/2, which no refinement mends
 };
 StencilEstimate stencil_estimate(const PreparedSkin&, const std::vector<double>& shape, double scale);
+
+// The number of steps that the CPU path takes at once in a march, while a band of rows is in a cache.
+constexpr size_t steps_of_batch = 8;
+
+// The strain and the responses at the end of one step, over all cells and in the points of a march.
+struct Sample {
+    std::array<Totals, REDUCED_MAPS> totals;
+    std::vector<double> points; // [quantity][point]
+};
 
 class Stepper {
   public:

@@ -30,8 +30,7 @@ struct SelfTest {
 // Tests every kind of variant, in marches and at sites.
 SelfTest self_test(model::Backend&);
 
-// Whether a march of this variant, and presses of a skin like this one, have the bits of the CPU path's plain loops.
+// Whether a march of this variant has the bits of the CPU path's plain loops.
 bool marches_exactly(model::Backend&, const model::Variant&);
-bool presses_exactly(model::Backend&, const model::StreamedSkin&);
 
 } // namespace dermis

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Records presses, submits them by their work, and hands the results over when a ring of them is full.
-#include "host/core/vulkan/march.hpp"
-
+#include "host/core/embedding/backend.hpp"
 #include "host/core/model/laplacian.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
-#include "host/core/vulkan/results.hpp"
-#include "host/core/vulkan/staging.hpp"
+#include "host/lab/march/results.hpp"
+#include "host/lab/march/self_test.hpp"
+#include "host/lab/march/staging.hpp"
 
 #include <algorithm>
 
@@ -67,12 +67,11 @@ class DeviceMarch : public model::March {
         stage(model::padded<float>(map, skin_, "load.intensity"), MarchMemory::pressure0 + to_);
     }
 
-    bool press(const model::MarchStep& step) override {
+    bool press(const model::Step& step, model::Sample* sample) override {
         const Use use = context_->need_working();
-        if (step.coefficients != table_of_) {
-            table_of_ = step.coefficients;
-            table_.resize(skin_.materials.size() * (1 + plan_.variant.parabolic));
-            table_of_->fill(nullptr, 0, table_.data());
+        if (!step.same_coefficients(table_of_)) {
+            table_of_ = step;
+            model::fill_table<f32>(step, skin_.materials, skin_.chain, skin_.rule, table_);
             if (plan_.variant.tabled()) stage(table_, MarchMemory::coefficients);
         }
         press_->record(recording_.commands(), binding(from_, to_),
@@ -81,8 +80,8 @@ class DeviceMarch : public model::March {
         recording_.barrier();
         ++dispatches_;
         visible_ = 1 - from_;
-        if (step.sample) {
-            dispatches_ += results_.record(recording_, *step.sample, visible_);
+        if (sample) {
+            dispatches_ += results_.record(recording_, *sample, visible_);
             recording_.barrier();
         }
         if (step.keep) from_ = visible_;
@@ -168,7 +167,7 @@ class DeviceMarch : public model::March {
     std::unique_ptr<Buffer> download_;
     Recording recording_;
     Staging staging_;
-    std::shared_ptr<const model::StepCoefficients> table_of_; // what the table was made from
+    model::Step table_of_; // what the table was made for
     std::vector<f32::Coefficients> table_;
     size_t recorded_ = 0;
     int from_ = 0, visible_ = 0, to_ = 1; // states: that a step begins with, that the last one made; pressure run to
@@ -177,8 +176,16 @@ class DeviceMarch : public model::March {
 
 } // namespace
 
-std::unique_ptr<model::March> march(const model::MarchPlan& plan, std::shared_ptr<Context> context) {
-    return std::make_unique<DeviceMarch>(plan, std::move(context));
+std::unique_ptr<model::March> march(const model::MarchPlan& plan, const model::Backend& backend) {
+    const std::shared_ptr<Context>& context = context_of(backend);
+    const Use use = context->need_working();
+    return std::make_unique<DeviceMarch>(plan, context);
+}
+
+bool exact(model::Backend& backend, const model::Variant& variant) {
+    std::vector<uint32_t> key = specialization(variant);
+    key.push_back(2); // of a march: a stream's key ends in 0 or 1
+    return context_of(backend)->exact(key, [&] { return marches_exactly(backend, variant); });
 }
 
 } // namespace dermis::vulkan

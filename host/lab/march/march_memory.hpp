@@ -2,9 +2,9 @@
 // The device buffers of a march, by name.
 #pragma once
 
-#include "host/core/model/stream.hpp"
 #include "host/core/vulkan/context.hpp"
 #include "host/core/vulkan/windows.hpp"
+#include "host/lab/march/march.hpp"
 
 namespace dermis::vulkan {
 

@@ -3,8 +3,8 @@
 // submission.
 #pragma once
 
-#include "host/core/vulkan/march_memory.hpp"
 #include "host/core/vulkan/recording.hpp"
+#include "host/lab/march/march_memory.hpp"
 
 #include <algorithm>
 

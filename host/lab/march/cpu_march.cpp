@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The steps of a run, for all cells of one skin, in K = f32 or f64.
+// The march of a run on the CPU path, in K = f32 or f64.
 #include "host/core/base/float_environment.hpp"
 #include "host/core/cpu/cells.hpp"
-#include "host/core/cpu/stream.hpp"
 #include "host/core/model/laplacian.hpp"
+#include "host/lab/march/march.hpp"
 
 namespace dermis::cpu {
 namespace {
@@ -29,9 +29,10 @@ template <class K> class BandMarch : public model::March {
         pressure(to_) = model::padded<real>(map, skin_, "load.intensity", std::move(pressure(to_)));
     }
 
-    bool press(const model::MarchStep& step) override {
+    bool press(const model::Step& step, model::Sample* sample) override {
         slots_[waiting_].from = to_ - 1;
-        slots_[waiting_++].step = step;
+        slots_[waiting_].sample = sample;
+        slots_[waiting_++].step = &step;
         if (waiting_ < slots_.size()) return false;
         settle();
         return true;
@@ -65,11 +66,12 @@ template <class K> class BandMarch : public model::March {
   private:
     // A step of a batch, with its coefficients.
     struct Slot {
-        model::MarchStep step;
+        const model::Step* step;
+        model::Sample* sample;
         size_t from; // the frame that the pressure runs from
         typename K::Constants constants;
         std::vector<typename K::Coefficients> table;                  // of the materials
-        std::shared_ptr<const model::StepCoefficients> table_of;      // what it was made from
+        model::Step table_of;                                         // what it was made for
         std::function<void(int, typename K::Coefficients*)> fill_row; // where there is no table
         std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles;
     };
@@ -77,17 +79,17 @@ template <class K> class BandMarch : public model::March {
     void make_coefficients(Slot& slot) const {
         if (skin_.differs_everywhere()) {
             slot.fill_row = [this, &slot](int y, typename K::Coefficients* of_row) {
-                slot.step.coefficients->fill(skin_.material_of.data() + row(y), skin_.width(), of_row);
+                model::fill_row<K>(*slot.step, skin_.materials, skin_.chain, skin_.rule,
+                                   skin_.material_of.data() + row(y), skin_.width(), of_row);
             };
-        } else if (slot.step.coefficients != slot.table_of) {
-            slot.table_of = slot.step.coefficients;
-            slot.table.resize(skin_.materials.size() * (1 + plan_.variant.parabolic));
-            slot.table_of->fill(nullptr, 0, slot.table.data());
+        } else if (!slot.step->same_coefficients(slot.table_of)) {
+            slot.table_of = *slot.step;
+            model::fill_table<K>(*slot.step, skin_.materials, skin_.chain, skin_.rule, slot.table);
         }
     }
 
     CellsPress<K> prepared(Slot& slot, bool last) {
-        const model::MarchStep& step = slot.step;
+        const model::Step& step = *slot.step;
         slot.constants = model::constants_of<K>(constants_, skin_.tabled() ? nullptr : slot.table.data(), step);
         CellsPress<K> p{.constants = slot.constants,
                         .table = slot.table.data(),
@@ -98,21 +100,21 @@ template <class K> class BandMarch : public model::March {
                         .keep = step.keep,
                         .response_pitch = size_t(skin_.pitch)};
         for (size_t i = 0; last && i < RESPONSE_MAPS; ++i) p.response[i] = response_[i].data();
-        if (!step.sample) return p;
+        if (!slot.sample) return p;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {
             if (!plan_.variant.wanted[q]) continue;
             slot.tiles[q].resize(size_t(skin_.height()) * size_t(skin_.tiles));
             p.tiles[q] = slot.tiles[q].data();
         }
-        step.sample->points.assign(REDUCED_MAPS * plan_.points.size(), 0);
-        p.points = step.sample->points.data();
+        slot.sample->points.assign(REDUCED_MAPS * plan_.points.size(), 0);
+        p.points = slot.sample->points.data();
         return p;
     }
 
     void total(Slot& slot) const {
-        for (size_t q = 0; slot.step.sample && q < REDUCED_MAPS; ++q)
+        for (size_t q = 0; slot.sample && q < REDUCED_MAPS; ++q)
             if (plan_.variant.wanted[q])
-                slot.step.sample->totals[q] =
+                slot.sample->totals[q] =
                     model::total_of<K>(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells(), isa_);
     }
 

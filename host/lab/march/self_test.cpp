@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "host/core/embedding/self_test.hpp"
+#include "host/lab/march/self_test.hpp"
 
 #include "host/core/base/float_environment.hpp"
-#include "host/core/cpu/backend.hpp"
 #include "host/core/embedding/check.hpp"
+#include "host/lab/march/march.hpp"
 
 #include <bit>
 #include <cmath>
@@ -22,22 +22,6 @@ constexpr double step_length = SampleStream::dt;
 constexpr SampleStep sample_steps[] = {
     {0, 0, 0},           {0, 1, step_length}, {1, 0, step_length / 2, false}, {1, 0, step_length / 4, false, false},
     {1, 0, step_length}, {1, 0, step_length}};
-
-class SampleCoefficients : public model::StepCoefficients {
-  public:
-    SampleCoefficients(const model::PreparedSkin& skin, const model::FrameStep& step) : skin_(skin), step_(step) {}
-    // A sample has so few materials that a march asks for their table alone.
-    void fill(const int*, int, f32::Coefficients* to) const override { fill_in<f32>(to); }
-    void fill(const int*, int, f64::Coefficients* to) const override { fill_in<f64>(to); }
-    const model::FrameStep& step() const { return step_; }
-
-  private:
-    template <class K> void fill_in(typename K::Coefficients* to) const {
-        (void)model::fill_table<K>(skin_.materials, skin_.chain, skin_.rule, step_, to);
-    }
-    const model::PreparedSkin& skin_;
-    const model::FrameStep step_;
-};
 
 // Compares totals with plain sums over a map that came the same way.
 void compare_totals(SelfTest::Kernel& kernel, const model::Totals& t, const std::vector<double>& map, double unit) {
@@ -69,23 +53,20 @@ void compare_marches(SelfTest& test, model::Backend& backend, const model::Prepa
     std::vector<Quantity> all;
     for (int q = 0; q < REDUCED_MAPS; ++q)
         if (q == QUANTITY_STRAIN || variant.wanted[size_t(q)]) all.push_back(Quantity(q)); // every march has strain
-    cpu::CpuBackend plain(1, simd::plain);
-    const std::unique_ptr<model::March> marches[] = {backend.march(plan), plain.march(plan)};
-    std::shared_ptr<const SampleCoefficients> coefficients;
+    const std::unique_ptr<model::March> marches[] = {march(backend, plan), cpu::march(plan, 1, simd::plain)};
     for (const SampleStep& step : sample_steps) {
-        const model::FrameStep length{step.length, variant.parabolic ? std::optional(step_length) : std::nullopt};
-        if (!coefficients || coefficients->step() != length)
-            coefficients = std::make_shared<SampleCoefficients>(skin, length);
         model::Sample samples[2];
         std::vector<const void*> maps[2];
         for (int i : {0, 1}) {
             if (variant.framed) marches[i]->frame(step.keep ? pressure : skin.heights);
-            marches[i]->press({.coefficients = coefficients,
-                               .start = step.start,
-                               .rise = step.rise,
-                               .keep = step.keep,
-                               .respond = true,
-                               .sample = step.sampled ? &samples[i] : nullptr});
+            const model::Step taken{.start = step.start,
+                                    .rise = step.rise,
+                                    .parabolic = variant.parabolic,
+                                    .before = variant.parabolic ? step_length : 0,
+                                    .length = step.length,
+                                    .keep = step.keep,
+                                    .trace = 0};
+            marches[i]->press(taken, step.sampled ? &samples[i] : nullptr);
             maps[i] = marches[i]->maps(all);
         }
         for (size_t m = 0; m < all.size(); ++m) {
@@ -172,13 +153,6 @@ SelfTest self_test(model::Backend& backend) {
         }
     }
     return test;
-}
-
-bool presses_exactly(model::Backend& backend, const model::StreamedSkin& like) {
-    const DefaultFloats guard;
-    SelfTest::Kernel kernel{"presses"};
-    compare_presses(kernel, backend, SampleStream(like));
-    return kernel.different == 0;
 }
 
 bool marches_exactly(model::Backend& backend, const Variant& v) {
