@@ -12,8 +12,38 @@
 #include "step.h"
 #include "responses.h"
 #include "curvature.h"
-#include "cells.glsl"
 #include "maps.glsl"
+
+layout(constant_id = VARIANT_STENCIL) const int STENCIL = STENCIL_FIVE_POINT;
+layout(constant_id = VARIANT_EDGES) const int EDGES = EDGES_MIRROR;
+layout(constant_id = VARIANT_COMPENSATED) const int COMPENSATED = 0;
+layout(constant_id = VARIANT_MATERIALS) const int MATERIALS = 0;
+layout(constant_id = VARIANT_FRAMES) const int FRAMES = 0;
+layout(constant_id = VARIANT_RESPONSES) const int RESPONSES = (1 << RESPONSE_MAPS) - 1;
+layout(constant_id = VARIANT_ELEMENTS) const int ELEMENTS = 1;
+layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
+layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
+layout(constant_id = VARIANT_PADS) const int PADS = 0;
+layout(constant_id = VARIANT_HOLD) const int HOLD = 0;
+// Planes of a cell's state: their number; of sum s, the strain of element s or the integral; of the spring's rate; of the
+// frame before.
+#define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE, HOLD)
+#define SUM_PLANE(s) STATE_SUM(s, COMPENSATED, STRAIN)
+#define RATE STATE_RATE(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED)
+#define PREVIOUS STATE_PREVIOUS(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE)
+#define INTEGRATED ((RESPONSES >> (QUANTITY_SA2 - 1)) & 1)
+#define CARRIES_RATE (SPRING & FRAMES & (RESPONSES >> (QUANTITY_FA2 - 1)))
+
+// Whether the coefficients are in a table. Otherwise the constants hold the coefficients of the only element.
+bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS / 2 + HOLD > 1; }
+// The index, in a table, of the first Coefficients of the element with this index.
+#define IN_TABLE(element) ((1 + HOLD) * (element))
+
+bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
+
+// A pressure that is not finite counts as 0.
+bvec4 finite(vec4 p) { return notEqual(floatBitsToUint(p) & 0x7f800000u, uvec4(0x7f800000u)); }
+vec4 valid(vec4 p) { return mix(vec4(0.0), p, finite(p)); }
 
 layout(local_size_x_id = VARIANT_GROUP_X, local_size_y_id = VARIANT_GROUP_Y, local_size_z_id = VARIANT_GROUP_Z) in;
 layout(push_constant) uniform Push { Constants c; };
@@ -103,7 +133,27 @@ real number_from(Cell cell, int plane) { return FOUR(state_from, cell.state + pl
 void store_number(Cell cell, int plane, real x) {
     if (cell.kept) state_to[cell.state + plane * NEXT_PLANE] = x;
 }
-#include "state.glsl"
+// The state of a Cell (cell.h), by its planes in layout.h.
+int elements_of(Cell cell) { return ELEMENTS; }
+bool has_spring(Cell cell) { return SPRING != 0; }
+bool has_rate(Cell cell) { return CARRIES_RATE != 0; }
+bool has_integral(Cell cell) { return INTEGRATED != 0; }
+int is_compensated(Cell cell) { return COMPENSATED; }
+
+Sum sum_from(Cell cell, int s) {
+    return sum_of(number_from(cell, SUM_PLANE(s)), COMPENSATED != 0 ? number_from(cell, SUM_PLANE(s) + 1) : real(0.0));
+}
+void store(Cell cell, int s, Sum before, Sum after) {
+    store_number(cell, SUM_PLANE(s), after.value);
+    if (COMPENSATED != 0) store_number(cell, SUM_PLANE(s) + 1, after.lost);
+}
+
+real rate_from(Cell cell) { return number_from(cell, RATE); }
+void store_rate(Cell cell, real rate) { store_number(cell, RATE, rate); }
+
+bool has_past(Cell cell) { return HOLD != 0; }
+real previous_from(Cell cell) { return number_from(cell, PREVIOUS); }
+void store_previous(Cell cell, real p) { store_number(cell, PREVIOUS, p); }
 #include "cell.h"
 
 // New strain of the cells low, high, far_low, far_high beside x .. x + cells - 1; the edge rule replaces columns beyond the

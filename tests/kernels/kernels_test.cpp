@@ -104,10 +104,12 @@ TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-e
     // The order of a module's first instructions: capabilities, extensions, imports, memory model, entry points, modes.
     const std::vector<uint32_t> order = {op_capability, 10, 11, 14, 15, op_execution_mode};
     namespace vulkan = dermis::vulkan;
-    for (auto module : {vulkan::press_module, vulkan::reduce_module, vulkan::press_sites_module, vulkan::fibres_module,
-                        vulkan::press_texels_module, vulkan::reduce_texels_module})
+    std::vector<vulkan::Module> modules = {vulkan::fibres_module()};
+    for (auto module : {vulkan::press_module, vulkan::press_signals_module, vulkan::press_sites_module,
+                        vulkan::reduce_module, vulkan::halve_module, vulkan::spread_module})
+        modules.insert(modules.end(), {module(false), module(true)});
+    for (const vulkan::Module& m : modules)
         for (bool rounds : {false, true}) {
-            const vulkan::Module m = module();
             std::vector<uint32_t> words(m.code, m.code + m.bytes / 4);
             if (rounds) words = vulkan::declare_rounding(m);
             int declared = 0, modes = 0;

@@ -44,7 +44,7 @@ float Felt::strain_at(int pad, size_t i, const float* first, size_t plane, float
     return f32::in_series(strain, f32::flush(pressure / modulus));
 }
 
-void Felt::read_field(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {
+void Felt::read_field(Quantity q, std::span<const float> strain, const float* rest_curvature, float* out) const {
     if (q == Quantity::strain) std::ranges::copy(strain, out);
     else if (q == Quantity::indentation)
         std::ranges::transform(strain, out, [&](float eps) { return f32::flush(thickness_ * eps); });
@@ -58,7 +58,7 @@ void Felt::read_field(Quantity q, const std::vector<float>& strain, const float*
         }
 }
 
-void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {
+void Felt::read(Quantity q, std::span<const float> strain, const float* rest_curvature, float* out) const {
     if (!picked_.empty()) {
         std::vector<float> field(cells_);
         read_field(q, strain, rest_curvature, field.data());
@@ -66,7 +66,7 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
         return;
     }
     if (sites_.empty()) return read_field(q, strain, rest_curvature, out);
-    std::vector<float> held = strain;
+    std::vector<float> held(strain.begin(), strain.end());
     held.push_back(0); // the cell at rest
     for (size_t i = 0; i < count_; ++i) {
         const float eps = held[sites_[i].stencil.here];

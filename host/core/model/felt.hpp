@@ -22,10 +22,10 @@ class Felt {
     // Gives pads other elements in series, all of them the same.
     void set_elements(const PadList&, const std::vector<Element>&);
     // Writes strain, indentation or curvature. rest_curvature: width*height of fields.
-    void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
+    void read(Quantity, std::span<const float> strain, const float* rest_curvature, float* out) const;
 
   private:
-    void read_field(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
+    void read_field(Quantity, std::span<const float> strain, const float* rest_curvature, float* out) const;
 
     const int width_, height_, stencil_, edges_;
     const size_t cells_, count_;

@@ -43,21 +43,28 @@ void PressedCells::save_cells(const model::PadList& pads, const model::StateMemo
     }
 }
 
-std::vector<float> PressedCells::strain_of(int pad, std::vector<float>* pressures) {
-    std::vector<float> strains(layout_.cells * layout_.planes), pressure(layout_.pressure);
-    stream_->save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(strains.data()),
-                                              .pressure = reinterpret_cast<char*>(pressure.data())});
-    if (pressures) *pressures = pressure;
-    std::vector<float> strain(layout_.cells);
-    felt_.strain(pad, strains.data(), pressure.data(), strain.data());
-    return strain;
+void PressedCells::read(const model::PadList& pads, States& to) {
+    const size_t of_state = layout_.cells * layout_.planes;
+    to.planes.resize(pads.count * of_state);
+    to.pressures.resize(pads.count * cells_);
+    to.strains.resize(pads.count * layout_.cells);
+    stream_->save(pads, {.strains = reinterpret_cast<char*>(to.planes.data()),
+                         .pressure = reinterpret_cast<char*>(to.pressures.data()),
+                         .strains_step = of_state * sizeof(float),
+                         .pressure_step = cells_ * sizeof(float)});
+    for (size_t i = 0; i < pads.count; ++i)
+        felt_.strain(pads[i], to.planes.data() + i * of_state, to.pressures.data() + i * cells_,
+                     to.strains.data() + i * layout_.cells);
 }
 
 const std::vector<float>& PressedCells::told(Quantity q, const float* rest_curvature) {
     std::vector<float>& all = told_[q == Quantity::strain ? 0 : q == Quantity::indentation ? 1 : 2];
     all.resize(pads_ * felt_.count());
+    States states;
+    read({.count = pads_}, states);
     for (size_t pad = 0; pad < pads_; ++pad)
-        felt_.read(q, strain_of(int(pad)), rest_curvature, all.data() + pad * felt_.count());
+        felt_.read(q, std::span(states.strains).subspan(pad * layout_.cells, layout_.cells), rest_curvature,
+                   all.data() + pad * felt_.count());
     return all;
 }
 

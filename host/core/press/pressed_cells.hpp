@@ -35,8 +35,12 @@ class PressedCells : public Stage {
     // states, whatever pressed them.
     void save_cells(const model::PadList&, const model::StateMemory<char>&);
 
-    // The strain of each cell that a pad's state holds. pressure: takes what presses them; may be null.
-    std::vector<float> strain_of(int pad, std::vector<float>* pressure = nullptr);
+    // What states of pads hold, pad by pad: the planes, the pressure of each cell, and the strain of each held cell.
+    struct States {
+        std::vector<float> planes, pressures, strains;
+    };
+    // Allocates nothing where as many pads have been read into these before.
+    void read(const model::PadList&, States&);
     // Strain, indentation or curvature of all pads; the same memory until the next call. rest_curvature: of each cell,
     // where a state holds all cells.
     const std::vector<float>& told(Quantity, const float* rest_curvature);

@@ -81,10 +81,9 @@ Shear::Shear(const model::StreamedSkin& skin, const SkinOptions& options, model:
     edges_ = skin.skin.edges;
     slope_ = float(skin.skin.constants.thickness / (2 * skin.skin.spacing()));
     layout_ = state_layout_of(own);
-    stream_ = backend.stream(own);
-    stream_->reserve_states();
+    cells_.emplace(own, backend);
+    cells_->stream().reserve_states();
     answers_ = backend.threads() == 0; // a device keeps presses back that need not answer
-    felt_.emplace(own);
     both_.reserve(2 * pads_);
     steps_.resize(2 * pads_);
     before_.resize(2 * pads_);
@@ -97,7 +96,7 @@ Shear::Shear(const model::StreamedSkin& skin, const SkinOptions& options, model:
     adaptation_ = skin.skin.description.receptors.sa2_adaptation.value_or(0);
     for (std::vector<float>* map : {&sa2_, &stretch_}) map->resize(pads_ * width_ * height_);
     newest_.resize(width_ * height_);
-    make_room_to_read();
+    (void)strain(); // makes room
 }
 
 // The same pads along x, then along y. It is valid until the next call.
@@ -109,7 +108,7 @@ model::PadList Shear::both(const model::PadList& pads) {
 }
 
 bool Shear::take(const model::PadList& pads, const float* tractions, bool by_number) {
-    return stream_->take(both(pads), tractions, by_number);
+    return cells_->stream().take(both(pads), tractions, by_number);
 }
 
 // The steps of both(pads). They are valid until the next call.
@@ -124,36 +123,22 @@ model::StepLengths Shear::both(const model::PadList& pads, const model::StepLeng
 }
 
 void Shear::prepare(const model::PadList& pads, const model::StepLengths& dt, size_t) {
-    if (any()) need_step(stream_->prepare(both(pads), both(pads, dt)));
+    if (any()) cells_->prepare(both(pads), both(pads, dt), 1);
 }
 
 void Shear::press(const model::PadList& pads, const model::StepLengths& dt, size_t, bool) {
     if (!any()) return;
     is_read_ = false;
     // Strains are read from the states: nothing is to be answered, which takes a third of the time.
-    stream_->press(both(pads), both(pads, dt), answers_);
+    cells_->press(both(pads), both(pads, dt), 0, answers_);
     if (!sa2_.empty()) step_sa2(pads, dt);
 }
 
-void Shear::make_room_to_read() {
-    strains_.resize(2 * pads_ * width_ * height_);
-    planes_.resize(2 * pads_ * layout_.cells * layout_.planes);
-    pressures_.resize(2 * pads_ * width_ * height_);
-}
-
 const float* Shear::strain() {
-    if (is_read_) return strains_.data();
     const DefaultFloats guard;
-    const size_t cells = width_ * height_, of_state = layout_.cells * layout_.planes;
-    make_room_to_read();
-    stream_->save({.count = 2 * pads_}, {.strains = reinterpret_cast<char*>(planes_.data()),
-                                         .pressure = reinterpret_cast<char*>(pressures_.data()),
-                                         .strains_step = of_state * sizeof(float),
-                                         .pressure_step = cells * sizeof(float)});
-    for (size_t p = 0; p < 2 * pads_; ++p)
-        felt_->strain(int(p), planes_.data() + p * of_state, &pressures_[p * cells], &strains_[p * cells]);
+    if (!is_read_) cells_->read({.count = 2 * pads_}, states_);
     is_read_ = true;
-    return strains_.data();
+    return states_.strains.data();
 }
 
 model::ShearMaps Shear::maps(size_t pad) {
@@ -202,7 +187,7 @@ void Shear::step_sa2(const model::PadList& pads, const model::StepLengths& dt) {
 void Shear::reset(const model::PadList& pads) {
     if (!any()) return;
     is_read_ = false;
-    stream_->reset(both(pads));
+    cells_->reset(both(pads));
     for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
         for (std::vector<float>* map : {&sa2_, &stretch_})
             std::fill_n(map->begin() + long(size_t(pads[i]) * width_ * height_), width_ * height_, 0.0f);
@@ -210,9 +195,7 @@ void Shear::reset(const model::PadList& pads) {
 
 void Shear::set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) {
     if (!any()) return;
-    const std::vector<model::Element> own = sheared(elements);
-    stream_->set_elements(both(pads), own);
-    felt_->set_elements(both(pads), own);
+    cells_->set_elements(both(pads), sheared(elements));
     is_read_ = false;
 }
 
@@ -232,13 +215,13 @@ template <class Byte> void Shear::copy_sa2(const model::PadList& pads, Byte* sta
 }
 
 void Shear::save(const model::PadList& pads, char* states) {
-    stream_->save(both(pads), memory(states));
+    cells_->save_cells(both(pads), memory(states));
     copy_sa2(pads, states);
 }
 
 void Shear::load(const model::PadList& pads, const char* states) {
     is_read_ = false;
-    stream_->load(both(pads), memory(states));
+    cells_->stream().load(both(pads), memory(states));
     copy_sa2(pads, states);
 }
 

@@ -17,10 +17,10 @@ class Shear : public Stage {
     // Throws Error::bad_input where SkinOptions::shear is asked of a skin that has none.
     Shear(const model::StreamedSkin&, const SkinOptions&, model::Backend&);
 
-    bool any() const { return stream_ != nullptr; }
+    bool any() const { return cells_.has_value(); }
     // Copies the next tractions of pads, along x and then along y, as Stream::take() copies pressures.
     bool take(const model::PadList&, const float* tractions, bool by_number = false);
-    bool rests(int pad) const override { return !any() || (stream_->rests(pad) && stream_->rests(int(pads_) + pad)); }
+    bool rests(int pad) const override { return !any() || (cells_->rests(pad) && cells_->rests(int(pads_) + pad)); }
     void prepare(const model::PadList&, const model::StepLengths&, size_t presses) override;
     void press(const model::PadList&, const model::StepLengths&, size_t frame, bool last) override;
     // shear_x, shear_y, stretch_x, stretch_y or stretch_xy of all pads, read from their states, or SA2 after each pad's
@@ -39,7 +39,6 @@ class Shear : public Stage {
   private:
     model::PadList both(const model::PadList&);
     model::StepLengths both(const model::PadList&, const model::StepLengths&);
-    void make_room_to_read();
     const float* strain(); // along x of all pads, then along y
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
     size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
@@ -52,13 +51,12 @@ class Shear : public Stage {
     int edges_ = 0;
     float slope_ = 0; // thickness over twice the spacing
     model::StateLayout layout_;
-    std::unique_ptr<model::Stream> stream_; // null: no shear
-    bool answers_ = true;                   // whether a press computes responses: without, a device would delay it
-    std::optional<model::Felt> felt_;
-    bool is_read_ = false;                            // whether `strains_` belongs to the last press
-    std::vector<float> strains_, planes_, pressures_; // of all pads, once they are asked for
-    std::vector<int> both_;                           // a list of pads along x, then along y
-    std::vector<double> steps_, before_;              // of each pad along both axes, s
+    std::optional<PressedCells> cells_;  // empty: no shear
+    bool answers_ = true;                // whether a press computes responses: without, a device would delay it
+    bool is_read_ = false;               // whether `states_` belongs to the last press
+    PressedCells::States states_;        // of all pads, once they are asked for
+    std::vector<int> both_;              // a list of pads along x, then along y
+    std::vector<double> steps_, before_; // of each pad along both axes, s
     model::StretchWeights sa2_weights_{};
     double adaptation_ = 0;                     // s, of SA2; 0: none
     std::vector<float> sa2_, stretch_, newest_; // of all pads, where SA2 answers to the stretch; of one pad

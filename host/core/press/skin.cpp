@@ -433,8 +433,9 @@ Report Skin::report(int pad) const {
         Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
                                   skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
         if (const double dt = s.last_steps.frame_of(pad); dt > 0) report.vibration.value = vibration_between(dt);
-        std::vector<float> pressure;
-        const std::vector<float> strain = s.cells.strain_of(pad, &pressure);
+        PressedCells::States state;
+        s.cells.read({.ids = &pad, .count = 1}, state);
+        const std::vector<float>&strain = state.strains, &pressure = state.pressures;
         if (s.cells.read().empty()) report.fine_load.value = fine_load_of(own, {pressure.begin(), pressure.end()});
         report.strain.value = 0;
         for (float eps : strain) report.strain.value = std::max(report.strain.value, double(std::abs(eps)));

@@ -22,39 +22,22 @@
 
 namespace dermis::vulkan {
 
-Module press_module() { return {.code = press_spv, .bytes = sizeof press_spv}; }
-Module reduce_module() { return {.code = reduce_spv, .bytes = sizeof reduce_spv}; }
-Module halve_module() { return {.code = halve_spv, .bytes = sizeof halve_spv}; }
-Module spread_module() { return {.code = spread_spv, .bytes = sizeof spread_spv}; }
-Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
-
-constexpr uint32_t press_texels =
+// maps: a bit for each binding of a map.
+#define DERMIS_MODULE(kernel, maps)                                                                                    \
+    Module kernel##_module(bool texels) {                                                                              \
+        if (texels) return {.code = kernel##_texels_spv, .bytes = sizeof kernel##_texels_spv, .texels = maps};         \
+        return {.code = kernel##_spv, .bytes = sizeof kernel##_spv};                                                   \
+    }
+constexpr uint32_t press_maps =
     1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE | 1u << PRESS_STATE_FROM;
-Module press_texels_module() {
-    return {.code = press_texels_spv, .bytes = sizeof press_texels_spv, .texels = press_texels};
-}
-Module press_signals_module() { return {.code = press_signals_spv, .bytes = sizeof press_signals_spv}; }
-Module press_signals_texels_module() {
-    return {.code = press_signals_texels_spv, .bytes = sizeof press_signals_texels_spv, .texels = press_texels};
-}
-Module press_sites_module() { return {.code = press_sites_spv, .bytes = sizeof press_sites_spv}; }
-Module press_sites_texels_module() {
-    return {.code = press_sites_texels_spv, .bytes = sizeof press_sites_texels_spv, .texels = press_texels};
-}
-
-Module reduce_texels_module() {
-    return {.code = reduce_texels_spv, .bytes = sizeof reduce_texels_spv, .texels = 1u << REDUCE_MAP};
-}
-
-Module halve_texels_module() {
-    return {.code = halve_texels_spv, .bytes = sizeof halve_texels_spv, .texels = 1u << SPREAD_FINE};
-}
-
-Module spread_texels_module() {
-    return {.code = spread_texels_spv,
-            .bytes = sizeof spread_texels_spv,
-            .texels = 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_GAIN};
-}
+DERMIS_MODULE(press, press_maps)
+DERMIS_MODULE(press_signals, press_maps)
+DERMIS_MODULE(press_sites, press_maps)
+DERMIS_MODULE(reduce, 1u << REDUCE_MAP)
+DERMIS_MODULE(halve, 1u << SPREAD_FINE)
+DERMIS_MODULE(spread, 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_GAIN)
+#undef DERMIS_MODULE
+Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
 
 std::vector<uint32_t> declare_rounding(const Module& module) {
     constexpr uint32_t header_words = 5, op_capability = 17, op_entry_point = 15;

@@ -14,20 +14,14 @@ struct Module {
     uint32_t texels = 0; // a bit for each binding that is a texel buffer of four cells each; others are storage buffers
 };
 
-Module press_module();
-Module reduce_module();
-Module press_signals_module(); // for receptors at depths
-Module press_sites_module();   // for sites
-Module halve_module();
-Module spread_module();
+// texels: the same kernel, which reads its maps as texel buffers.
+Module press_module(bool texels);
+Module press_signals_module(bool texels); // for receptors at depths
+Module press_sites_module(bool texels);   // for sites
+Module reduce_module(bool texels);
+Module halve_module(bool texels);
+Module spread_module(bool texels);
 Module fibres_module();
-// The same kernels, which read their maps as texel buffers.
-Module press_texels_module();
-Module reduce_texels_module();
-Module press_signals_texels_module();
-Module press_sites_texels_module();
-Module halve_texels_module();
-Module spread_texels_module();
 
 // The words of a module that also declares round-to-nearest-even, for devices that offer this
 // (shaderRoundingModeRTEFloat32).

@@ -23,9 +23,8 @@ std::vector<uint32_t> specialization_of(const model::Variant& variant, int x, in
 } // namespace
 
 Module press_module_for(const DeviceTable& device, const model::Variant& variant) {
-    if (variant.spreads) return device.texels ? press_signals_texels_module() : press_signals_module();
-    if (variant.sites) return device.texels ? press_sites_texels_module() : press_sites_module();
-    return device.texels ? press_texels_module() : press_module();
+    if (variant.spreads) return press_signals_module(device.texels);
+    return variant.sites ? press_sites_module(device.texels) : press_module(device.texels);
 }
 
 std::vector<f32::SiteEntry> site_entries(const model::StreamedSkin& s, const model::ResponseLayout& layout,

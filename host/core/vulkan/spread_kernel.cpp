@@ -47,10 +47,7 @@ SpreadKernel::SpreadKernel(Pipelines& pipelines, const model::StreamedSkin& s, c
                         "; or device cpu");
     for (const auto& [kind, uses] : kinds_) {
         const bool halve = int(kind[SPREAD_RADIUS]) == halves;
-        const Module module = device_.texels ? halve ? halve_texels_module() : spread_texels_module()
-                              : halve ? halve_module()
-                                             : spread_module();
-        kernels_.try_emplace(kind, pipelines, module,
+        kernels_.try_emplace(kind, pipelines, halve ? halve_module(device_.texels) : spread_module(device_.texels),
                              KernelOptions{.bindings = SPREAD_BINDINGS,
                                            .constants_bytes = sizeof(f32::SpreadConstants),
                                            .specialization = kind,

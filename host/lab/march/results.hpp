@@ -35,7 +35,7 @@ class Results {
         }
         Pipelines& pipelines = context.pipelines();
         const DeviceTable& device = pipelines.device();
-        reduce_ = std::make_unique<Kernel>(pipelines, device.texels ? reduce_texels_module() : reduce_module(),
+        reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(device.texels),
                                            KernelOptions{.bindings = REDUCE_BINDINGS,
                                                          .constants_bytes = sizeof(f32::ReduceConstants),
                                                          .specialization = {},
