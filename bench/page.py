@@ -373,6 +373,35 @@ is a patch with a radius of 2.4 cells on a round pad, added on one thread.
 {table(head, lines)}"""
 
 
+def bodies(rows):
+    names = {
+        "touch-press": "the press of these pads, four responses",
+        "shape-ball": "pressure below a ball of 15 mm",
+        "shape-bottle": "below a bottle, a cylinder of 15 mm",
+        "shape-box": "below a box with two edges on the pad",
+    }
+    kinds = [k for k in ("bodies", "few-bodies") if of(rows, k)]
+    if not kinds:
+        return ""
+    lines = []
+    for model, text in names.items():
+        line = [text]
+        for kind in kinds:
+            time, press = (min(us(r) for r in of(rows, kind, model=m)) for m in (model, "touch-press"))
+            line += [num(time), num(time / press, 2)]
+        lines.append(line)
+    pads = shape(of(rows, kinds[0])[0])[2]
+    head = ["us"] + [
+        t for k in kinds for t in (f"{'all' if k == 'bodies' else 'one in a hundred'} of {pads} pads", "over the press")
+    ]
+    return f"""
+## Bodies by their shapes
+
+Flat pads of 16 x 16 cells, two contacts each, one thread: from forces and shapes to the pressure of each cell.
+
+{table(head, lines)}"""
+
+
 def batches(rows):
     names = {
         "batch": "a batch",
@@ -962,6 +991,7 @@ def page(rows, step_of):
         cells(rows),
         native_pads(rows),
         touched(rows),
+        bodies(rows),
         batches(rows),
         press(rows),
         depths(rows),

@@ -43,7 +43,7 @@ class Contacts {
 };
 
 // Times some ways to press in turn. The others are compared with the first way.
-void add_ways(Bench& bench, int pads, int threads,
+void add_ways(Bench& bench, const char* kind, int side, int pads, int threads,
               const std::vector<std::pair<const char*, std::function<void()>>>& ways) {
     const int presses = bench.quick ? 5 : 40;
     std::vector<std::function<double()>> work;
@@ -55,7 +55,7 @@ void add_ways(Bench& bench, int pads, int threads,
         });
     const std::vector<Timing> timings = bench.paired(work, bench.runs);
     for (size_t i = 0; i < ways.size(); ++i) {
-        Measurement r = bench.cpu("touch", 0, threads);
+        Measurement r = bench.cpu(kind, 0, threads);
         r.model = ways[i].first;
         r.method = shape_of(rectangle(side, side), pads);
         r.precision = "f32";
@@ -91,16 +91,86 @@ void add_touched(Bench& bench, int pads, int every, int threads) {
     for (int i = 0; i < 3; ++i) press_listed(), press_all(), shear();
     for (Quantity q : {Quantity::sa1, Quantity::fa1})
         if (!same(all.response(q), sheared.response(q))) throw std::runtime_error("a touch has other bits");
-    add_ways(bench, pads, threads,
+    add_ways(bench, "touch", side, pads, threads,
              {{"press-listed", press_listed},
               {"touch-add", [&] { contacts.add(); }},
               {"press-all", press_all},
               {"touch-shear", shear}});
 }
 
+// Bodies below every nth of so many flat pads, in two contacts each, turned and off the middle.
+class Bodies {
+  public:
+    static constexpr int side = 16;
+    Bodies(contact::Body::Kind kind, const std::array<double, 3>& size, int pads, int every)
+        : touch_({.width = side, .height = side, .spacing = 1.5e-3}, pads, 1e-3, false, {.stiffness = 5e7}),
+          middles_(size_t(3 * pads)) {
+        for (int i = 0; i < pads; i += every) {
+            const double turn = 0.3 * std::sin(i), tilt = 0.02 * std::sin(3.0 * i), x = 6e-3 * std::sin(7.0 * i);
+            const bool lies = kind == contact::Body::Kind::cylinder; // its axis is along the pad's y
+            const double c = std::cos(turn), s = std::sin(turn), ct = std::cos(tilt), st = std::sin(tilt);
+            const double across[3] = {c, s, 0}, along[3] = {-s * ct, c * ct, st}, up[3] = {s * st, -c * st, ct};
+            for (int k = 0; k < 3; ++k)
+                rotation_.insert(rotation_.end(), {across[k], lies ? up[k] : along[k], lies ? -along[k] : up[k]});
+            shapes_.push_back(i), kinds_.push_back(int32_t(kind));
+            sizes_.insert(sizes_.end(), size.begin(), size.end());
+            places_.insert(places_.end(), {x, 0, 15e-3});
+            for (const double y : {-4e-3, 4e-3}) {
+                pads_.push_back(i);
+                position_.insert(position_.end(), {x + 5e-4, y, 0});
+                force_.insert(force_.end(), {0, 0, -0.75});
+            }
+        }
+        bodies_.resize(pads_.size());
+    }
+    void add() {
+        touch_.add({.position = middles_.data(), .rotation = axes_, .rotation_step = 0},
+                   {.count = pads_.size(),
+                    .pad = pads_.data(),
+                    .position = position_.data(),
+                    .force = force_.data(),
+                    .body = bodies_.data()},
+                   {.count = shapes_.size(),
+                    .pad = shapes_.data(),
+                    .body = bodies_.data(),
+                    .kind = kinds_.data(),
+                    .size = sizes_.data(),
+                    .position = places_.data(),
+                    .rotation = rotation_.data()});
+    }
+    const contact::Touch& touch() const { return touch_; }
+
+  private:
+    contact::Touch touch_;
+    std::vector<double> middles_, rotation_, sizes_, places_, position_, force_;
+    std::vector<int32_t> pads_, bodies_, shapes_, kinds_;
+    const double axes_[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+};
+
+// A ball, a bottle and a box with two edges on the pad press every nth pad, beside the press of these of four
+// responses.
+void add_bodies(Bench& bench, int pads, int every) {
+    using Kind = contact::Body::Kind;
+    Bodies ball(Kind::sphere, {15e-3}, pads, every), bottle(Kind::cylinder, {15e-3, 0.04}, pads, every),
+        box(Kind::box, {8e-3, 0.02, 15e-3}, pads, every);
+    SkinOptions options;
+    options.precision = Precision::f32;
+    options.count = pads;
+    options.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    Skin skin(Device::cpu(1), rectangle(Bodies::side, Bodies::side), options);
+    for (Bodies* each : {&ball, &bottle, &box}) each->add(), skin.press(each->touch(), press_dt);
+    add_ways(bench, every == 1 ? "bodies" : "few-bodies", Bodies::side, pads, 1,
+             {{"touch-press", [&] { skin.press(ball.touch(), press_dt); }},
+              {"shape-ball", [&] { ball.add(); }},
+              {"shape-bottle", [&] { bottle.add(); }},
+              {"shape-box", [&] { box.add(); }}});
+}
+
 } // namespace
 
 void touch(Bench& bench) {
+    add_bodies(bench, bench.quick ? 400 : 4096, 1);
+    add_bodies(bench, bench.quick ? 400 : 4096, bench.quick ? 10 : 102);
     for (const int threads : {1, bench.cores}) {
         add_touched(bench, bench.quick ? 400 : 4096, bench.quick ? 10 : 102, threads);
         add_touched(bench, bench.quick ? 32 : 320, 1, threads);

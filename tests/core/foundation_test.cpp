@@ -2,6 +2,7 @@
 // Pads that bodies press by their shapes: forces, centres and profiles against closed forms of an elastic foundation.
 #include "dermis/touch.hpp"
 #include "host/core/contact/loops.hpp"
+#include "tests/allocations.hpp"
 #include "tests/contacts.hpp"
 #include "tests/expected.hpp"
 
@@ -19,8 +20,8 @@ constexpr double stiffness = 5e7; // Pa/m
 struct Grip {
     explicit Grip(int width, int height, double spacing, const Source& by = {stiffness}, double radius = 0,
                   bool shear = false)
-        : touch({.width = width, .height = height, .spacing = spacing, .radius_x = radius, .radius_y = radius}, 1, 1e-3,
-                shear, by) {}
+        : touch({.width = width, .height = height, .spacing = spacing, .radius_x = radius, .radius_y = radius}, 1,
+                radius == 0 ? 1e-3 : std::min(1e-3, 0.1 * radius), shear, by) {}
 
     void shape(Body::Kind kind, const Vector& size, const Vector& at, const std::array<double, 9>& turn = upright,
                int body = 0) {
@@ -195,6 +196,32 @@ TEST_CASE("A light press is two cells wide, so that its centre does not jump fro
         }
 }
 
+TEST_CASE("Forces and sizes of any order keep the force, and no pressure is infinite or not a number") {
+    Random random;
+    for (int draw = 0; draw < 2000; ++draw) {
+        const double spacing = random.decades(-6, -1), radius = draw % 2 ? random.decades(1, 3) * 12 * spacing : 0;
+        Grip s(12, 9, spacing, {random.decades(-6, 30), {}}, radius);
+        const auto kind = Body::Kind(draw % 6);
+        const int used[] = {1, 2, 3, 0, 2, 3};
+        Vector size{}, at = {random.within(-8, 8) * spacing, random.within(-8, 8) * spacing, 0};
+        for (int k = 0; k < used[draw % 6]; ++k) size[size_t(k)] = random.decades(-2, 4) * spacing;
+        at[2] = (kind == Body::Kind::plane ? 0 : size[0]) + random.within(-1, 1) * 0.1 * spacing;
+        const double quaternion[4] = {1, random.within(-1, 1), random.within(-1, 1), random.within(-1, 1)};
+        Pose turn;
+        if (draw % 3 == 0) turn = Pose::from_quaternion(at.data(), quaternion);
+        if (kind == Body::Kind::plane) turn.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+        s.shape(kind, size, at, turn.rotation);
+        const double force = std::min(random.decades(-30, 9), 1e36 * spacing * spacing);
+        s.push({at[0], at[1], 0}, {0, 0, -force});
+        const ContactReport& r = s.press();
+        double sum = 0;
+        for (int i = 0; i < s.cells(); ++i) sum += s.touch.pressure()[i];
+        CHECK(std::isfinite(sum));
+        CHECK(r.asked == relative(r.placed + r.outside + r.sideways, 1e-5));
+        CHECK(r.centre_off >= 0);
+    }
+}
+
 TEST_CASE("A body that is below no cell, and one without shapes, press by a patch of two cells") {
     Grip s(16, 16, 1.5e-3);
     s.shape(Body::Kind::sphere, {1e-3}, {0.2, 0, 1e-3});
@@ -332,6 +359,54 @@ TEST_CASE("Pads of a batch have the pressures of single pads, and contacts split
         for (int axis = 0; axis < 2; ++axis)
             CHECK(std::memcmp(batch.traction() + (3 * axis + 1) * one.cells(),
                               one.touch.traction() + axis * one.cells(), sizeof(float) * size_t(one.cells())) == 0);
+    }
+}
+
+TEST_CASE("If memory fails for the shapes of a call, or for images, the pressures of the call before stay; later calls "
+          "need none") {
+    Grip s(16, 16, 1e-3, {stiffness, {3e-3, 0, 0, 0}}, 0, true);
+    s.push({0, 0, 0}, {0, 0, -1}, -1);
+    s.press();
+    const std::vector<float> before(s.touch.pressure(), s.touch.pressure() + s.cells()), image(256, 1e-3f);
+    for (int part = 0; part < 3; ++part) {
+        s.shape(Body::Kind::box, {4e-3, 6e-3, 5e-3}, {2e-3 * part, 0, 5e-3}, Grip::upright, part);
+        s.push({2e-3 * part, 1e-3, 0}, {0.1, 0, -1}, part);
+    }
+    const Contacts contacts = s.contacts();
+    const Shapes shapes = s.shapes();
+    const Vector force = {0, 0, -1};
+    const auto press = [&](int kind) {
+        if (kind == 0) s.touch.add({Grip::origin.data(), Grip::upright.data()}, contacts, shapes);
+        else s.touch.add({.depth = image.data(), .force = force.data()});
+    };
+    if (!test::allocations_fail()) return;
+    for (const int kind : {0, 1}) {
+        int failed = 0;
+        for (long k = 0; k < 100; ++k) {
+            bool struck = false, thrown = false;
+            {
+                test::FailingAllocation fails(k, false);
+                try {
+                    press(kind);
+                } catch (const dermis::Error& e) {
+                    thrown = e.code() == dermis::Error::Code::no_memory;
+                }
+                struck = fails.struck();
+            }
+            CHECK(struck == thrown);
+            if (!struck) break;
+            ++failed;
+            CHECK(std::memcmp(before.data(), s.touch.pressure(), sizeof(float) * before.size()) == 0);
+        }
+        CHECK(failed > 1);
+        const size_t allocated = test::allocations();
+        press(kind);
+        CHECK(test::allocations() == allocated);
+        if (kind == 0) { // back to the first call
+            Grip first(16, 16, 1e-3);
+            first.push({0, 0, 0}, {0, 0, -1}, -1);
+            s.touch.add({Grip::origin.data(), Grip::upright.data()}, first.contacts());
+        }
     }
 }
 

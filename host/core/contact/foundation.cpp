@@ -173,7 +173,8 @@ double level_of(const Bed& bed, double asked) {
 }
 
 Rest press(Bed& bed, const Push& push) {
-    const double asked = push.force / (push.stiffness * push.area);
+    // Depths are known to about 1e-15 m, and floats hold levels of 1e9 m.
+    const double asked = std::clamp(push.force / (push.stiffness * push.area), 1e-15, 1e9);
     double level = level_of(bed, asked);
     Sums sums = sums_above(bed, {level, 0, 0});
     if (Spread(sums).least() < least_moment) {

@@ -46,11 +46,11 @@ struct Push {
 
 // What became of it.
 struct Rest {
-    double x = 0, y = 0;  // the pressure's centre, cells from the middle
-    double round = 0;     // the mean square of the distance from it, cells^2
-    double level = 0;     // m: how far the deepest cell is above the border of the pressure, before tilts
-    double scale = 0;     // Pa/m: the pressures are by so much greater than what the bed holds
-    bool bound = false;   // whether the tilts are held back, so that the centre is not the force's
+    double x = 0, y = 0; // the pressure's centre, cells from the middle
+    double round = 0;    // the mean square of the distance from it, cells^2
+    double level = 0;    // m: how far the deepest cell is above the border of the pressure, before tilts
+    double scale = 0;    // Pa/m: the pressures are by so much greater than what the bed holds
+    bool bound = false;  // whether the tilts are held back, so that the centre is not the force's
 };
 
 // The level at which the excesses of the cells, each by its share, sum to `asked`, m. Some cell has a share.

@@ -46,7 +46,7 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
     bool outlines = false, thin = false;
     for (auto s = std::lower_bound(own.begin(), own.end(), body, is_before); s != own.end() && (*s)->body == body;
          ++s) {
-        laid.push_back({(*s)->shape, Lines(shape, pose, (*s)->shape.pose)});
+        laid.emplace_back((*s)->shape, shape, pose);
         const Body& added = laid.back().shape;
         outlines = outlines || has_outline(added);
         thin = thin || (has_outline(added) &&

@@ -182,6 +182,8 @@ void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
         check(pose);
     }
     need_float_pressure(shape, asked);
+    contacts.order.reserve(contacts.items.size());
+    patches.reserve(contacts.items.size());
     if (s.count == 0) return;
     need_arrays(s);
     scene::need(source.stiffness > 0, "source.stiffness", source.stiffness, "1e-6..1e30 Pa/m, where there are shapes");
@@ -195,7 +197,11 @@ void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
         check(own.shape, "shapes", int(i));
         shapes.items.push_back(own);
     }
-    bed.reserve(shape.width + around[0] + around[1], shape.height + around[2] + around[3]);
+    shapes.order.reserve(s.count);
+    laid.reserve(s.count);
+    const int columns = shape.width + around[0] + around[1], rows = shape.height + around[2] + around[3];
+    bed.reserve(columns, rows);
+    corners.reserve(size_t(columns + 1) * size_t(rows + 1));
 }
 
 // Gives a hull its faces, which its sizes name. number: of the shape.

@@ -27,6 +27,7 @@ struct Shaped {
 
 // A shape below a pad.
 struct Laid {
+    Laid(const Body& body, const Pad& pad, const Pose& pose) : shape(body), lines(pad, pose, body.pose) {}
     Body shape;
     Lines lines;
 };
