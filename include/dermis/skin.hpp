@@ -78,8 +78,8 @@ struct Pads {
 // thread at a time may use a skin; all skins on one Vulkan device count as one.
 //
 // Responses at a depth (Receptors::depth) differ from the sums over all cells by at most 1e-3 of the greatest |signal|
-// in the pad, times 1 + |l*C|, by a displacement times the sum of all cells' weights; and they have the same bits on
-// the CPU and on every device. A skin with a depth, or whose SA1 follows the stress, computes all cells, whether or not
+// in the pad, times 1 + |l*C|; if the weights of those sums add up to more than 1, as a displacement's may, times what
+// they add up to. They have the same bits on the CPU and on every device. A skin with a depth, or whose SA1 follows the stress, computes all cells, whether or not
 // the description has sites.
 class DERMIS_API Skin {
   public:

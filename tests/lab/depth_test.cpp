@@ -353,10 +353,10 @@ double distance_of(const Result& a, const Result& b) {
 }
 
 TEST_CASE("fields, traces and sites of frames at depths are those of the product, within 1e-3 of what presses") {
-    for (auto kernel : {DepthKernel::stress, DepthKernel::strain}) {
-        Scene product = read_everywhere(70, 41);
+    for (auto kernel : {DepthKernel::stress, DepthKernel::strain, DepthKernel::displacement}) {
+        Scene product = kernel == DepthKernel::displacement ? read_everywhere(41, 20) : read_everywhere(70, 41);
         product.receptors.kernel = kernel;
-        if (kernel == DepthKernel::strain) product.receptors.poisson = 0.4;
+        if (kernel != DepthKernel::stress) product.receptors.poisson = 0.4;
         const AsFrames frames(product);
         const Result a = run(frames.scene), b = run(product);
         CHECK(int(a.model) == int(Model::march));
@@ -364,7 +364,7 @@ TEST_CASE("fields, traces and sites of frames at depths are those of the product
         CHECK(distance_of(a, b) < 1e-3);
         CHECK(distance_of(a, b) > 1e-6);
         CHECK(a.predicted_error > 1e-3);
-        CHECK(a.predicted_error < 2e-2);
+        CHECK(a.predicted_error < (kernel == DepthKernel::displacement ? 0.5 : 2e-2)); // of a sum above 1
     }
 }
 

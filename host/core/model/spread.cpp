@@ -186,12 +186,15 @@ Spread spread_of(const Depth& depth, int width, int height) {
     }
     const bool stress = depth.kernel == DepthKernel::stress;
     int stencils = stress ? 5 : 32; // beyond five levels is less than 1e-4 of the force of a stress
+    // The last level joins cells up to so many of its nodes apart. Cells reach nodes on both sides, a stencil only
+    // nodes 4 apart; what it leaves out counts most for a displacement, to which far cells matter most.
+    const double apart = depth.kernel == DepthKernel::displacement ? 2 : 2.5;
     for (double node = 1;; node *= 2) {
         SpreadLevel& last = levels.back();
         // The first stencil's nodes are so far apart that it covers what acts nearby, but not further than the grid is.
         if (depth.depth < (node == 1 ? 8 : 7) * node || node >= most) {
             last.radius = node == 1 ? 5 : 4;
-            if (--stencils == 0 || 2.5 * node >= most - 1) { // the last one joins any two cells by its inner nodes
+            if (--stencils == 0 || apart * node >= most - 1) {
                 fit(levels, depth, stress ? std::min(std::max(30 * depth.depth, 8 * node), 1.5 * most) : 1.5 * most);
                 return levels;
             }

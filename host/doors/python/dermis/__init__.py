@@ -149,7 +149,8 @@ class Skin(_core.Skin):
     """A skin at rest, or many of them, pressed frame by frame. One thread at a time uses it; others wait.
 
     scene: a Scene, tables by name, or a path; its load, time and output are not used. Responses at its receptors.depth
-    differ from the sums over all cells by at most 1e-3 of the greatest signal of the pad, times 1 + |l*C|.
+    differ from the sums over all cells by at most 1e-3 of the greatest signal of the pad, times 1 + |l*C|; if the
+    weights of those sums add up to more than 1, as a displacement's may, times what they add up to.
     count: the number of pads that are pressed together, each with a state of its own; arrays then have a first axis of
     pads. A tuple, as (64, 5), makes several axes, by which pads are then named (see press). None: one pad, without
     that axis.
