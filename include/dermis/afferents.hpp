@@ -57,7 +57,7 @@ struct Afferents {
     Quantity type = Quantity::sa1;      // sa1, sa2, fa1 or fa2
     std::optional<AfferentModel> model; // default: afferent_model(type); SA2 has none
     // The cells of the endings, inside the grid; in a Skin with sites and without depths, cells of these sites. Empty:
-    // the description's sites of this class, of which there is one at least.
+    // the description's sites of this class, of which there is one at least; `endings` above 1 then needs a radius.
     std::vector<Cell> cells;
     // What q is: the strain of the cell, or its pressure divided by the modulus at which the material comes to rest, as
     // Receptors::follow says too for all fibres of a class. The latter needs a material without a dashpot in series

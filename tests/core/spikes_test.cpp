@@ -223,7 +223,6 @@ TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {
         SkinDescription d = finger();
         SkinOptions options = spiking();
         options.afferents.pop_back(); // a class has its sites once
-        options.afferents[2].endings = 2;
         Skin field(device, d, options);
         for (const Afferents& a : options.afferents)
             for (const Cell c : a.cells) d.sites.push_back({.type = a.type, .cell = c});
@@ -288,6 +287,9 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
           }) == "afferents[0].cells[1] = [12, 0]; allowed: [x, y] with x in 0..11, y in 0..11");
     CHECK(refused([](Afferents& a) { a.cells.clear(); }) ==
           "afferents[0].cells = (none); allowed: some cells, or sites of sa1 in the description");
+    CHECK(refused([](Afferents& a) {
+              a.cells.clear(), a.endings = 8;
+          }).starts_with("afferents[0].endings = 8; allowed: 1 at sites, unless a line radius = \"1.5 mm\" says"));
     CHECK(refused([](Afferents& a) { a.endings = 0; }) == "afferents[0].endings = 0; allowed: 1 to 64");
     CHECK(refused([](Afferents& a) { a.endings = 65; }) == "afferents[0].endings = 65; allowed: 1 to 64");
     CHECK(refused([](Afferents& a) { a.endings = 3; }) ==

@@ -285,7 +285,7 @@ TEST_CASE("endings join cells that are listed, or points around their site, not 
         CAPTURE(message);
         CHECK(message.find(part) != message.npos);
     };
-    has(drawn_scene + "endings = 2", "afferents[0].endings = 2; allowed: 1 with sites.density, unless a line radius = "
+    has(drawn_scene + "endings = 2", "afferents[0].endings = 2; allowed: 1 at sites, unless a line radius = "
                                      "\"1.5 mm\" says");
     CHECK(Scene::from_string(drawn_scene + "endings = 1").afferents[0].endings == 1);
     CHECK(Scene::from_string(drawn_scene + "endings = 2\ncells = [[3, 4], [5, 6]]").afferents[0].endings == 2);
@@ -299,7 +299,11 @@ TEST_CASE("endings join cells that are listed, or points around their site, not 
     const Folder folder;
     std::ofstream(folder / "sites.csv") << "type,x,y\nsa1,3,4\nsa1,5,6\n";
     std::ofstream(folder / "scene.toml") << "preset = \"fingertip\"\nsites.path = \"sites.csv\"\n[afferents]\n"
-                                            "endings = 2\nradius = 1e-3\n";
+                                            "endings = 2\n";
+    const std::vector<Cell> path = Scene::from_file(folder / "scene.toml").afferents[0].cells;
+    REQUIRE(path.size() == 2);
+    CHECK(path[1].y == 6);
+    std::ofstream(folder / "scene.toml", std::ios::app) << "radius = 1e-3\n";
     const std::string listed = refusal(Error::Code::bad_input, [&] { Scene::from_file(folder / "scene.toml"); });
     CHECK(listed.find("afferents.radius = ") != listed.npos);
     CHECK(listed.find("none with sites.path, a list of endings") != listed.npos);

@@ -76,6 +76,9 @@ void check_grid(const Grid&);
 void check_surface(SkinDescription&);
 void check_lengths(SkinDescription&);
 void check_sites(const SkinDescription&);
+// Returns the cells of the sites of a class.
+std::vector<Cell> cells_of(Quantity type, const std::vector<Site>&);
+
 // Returns afferents with their models, and the cells of their endings in place of a radius.
 std::vector<Afferents> validated_afferents(const SkinDescription&, std::vector<Afferents>);
 // Draws the endings of afferents that have a radius around the middles, one afferent after the other.

@@ -41,8 +41,12 @@ void take_cells(const std::string& at, const SkinDescription& d, Afferents& a) {
     if (a.radius && !a.cells.empty())
         refuse(at + ".radius", shortest(*a.radius), "none beside cells, which are endings, not middles of afferents");
     if (!a.cells.empty()) return;
-    for (const Site& s : d.sites)
-        if (s.type == a.type) a.cells.push_back(s.cell);
+    if (a.endings != 1 && !a.radius)
+        refuse(
+            at + ".endings", std::to_string(a.endings),
+            "1 at sites, unless a line radius = \"1.5 mm\" says how far around their site the endings of an afferent "
+            "lie; or the endings that belong together as cells, in a file also by sites.path");
+    a.cells = cells_of(a.type, d.sites);
     if (a.cells.empty())
         refuse(at + ".cells", "(none)", std::string("some cells, or sites of ") + name(a.type) + " in the description");
     if (!a.radius) return;
@@ -51,6 +55,13 @@ void take_cells(const std::string& at, const SkinDescription& d, Afferents& a) {
 }
 
 } // namespace
+
+std::vector<Cell> cells_of(Quantity type, const std::vector<Site>& sites) {
+    std::vector<Cell> cells;
+    for (const Site& s : sites)
+        if (s.type == type) cells.push_back(s.cell);
+    return cells;
+}
 
 std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector<Afferents> all) {
     for (size_t i = 0; i < all.size(); ++i) {

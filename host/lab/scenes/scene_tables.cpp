@@ -225,16 +225,15 @@ void read_sensitivity(Section& table, Quantity type, double& factor) {
 }
 
 // Keys of the model replace the numbers of the class. Gains are those of all afferents, if nothing else is said.
-// sites: the table of that name, which has a seed.
-Afferents afferents_in(Section table, const Grid& grid, const Section& sites, int seed) {
+// sites: the table of that name, which has a seed; its sites are the scene's.
+Afferents afferents_in(Section table, const Scene& scene, const Section& sites, int seed) {
+    const Grid& grid = scene.grid;
     Afferents a;
     a.seed = seed;
     read_rows<Afferents>(table, a, &grid);
     table.permit("radius", !sites.has("path"), "none with sites.path, a list of endings");
-    if (a.endings != 1 && !a.radius && !table.has("cells") && (sites.has("density") || sites.has("seed")))
-        refuse(table.parameter("endings"), std::to_string(a.endings),
-               "1 with sites.density, unless a line radius = \"1.5 mm\" says how far around their site the endings "
-               "of an afferent lie; or the endings that belong together by cells or sites.path");
+    if (a.endings != 1 && !a.radius && !table.has("cells") && !sites.has("density") && !sites.has("seed"))
+        a.cells = cells_of(a.type, scene.sites); // a list of endings
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
     if (table.has("gains")) m.sensitivity = 1, m.spread = 0;
@@ -281,7 +280,7 @@ Scene read_all(Section top, const PathBase& folder) {
         top.list("sites", scene.sites,
                  [&](const toml::node& node, const auto& name) { return site_in(node, name, scene.grid); });
     read_table<Output>(output, scene.output, scene.grid);
-    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid, sites, seed));
+    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene, sites, seed));
     if (!fibres) scene.afferents.clear(); // of no table
     return scene;
 }

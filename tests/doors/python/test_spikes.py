@@ -200,6 +200,7 @@ ANSWERS = [
     (lambda: skin_of(afferents=[dermis.Afferents(type="sa2", cells=CELLS)]), '"sa2"; allowed: sa1, fa1, fa2'),
     (lambda: skin_of(afferents=[dermis.Afferents(type="strain", cells=CELLS)]), 'afferents[0].type = "strain"'),
     (lambda: skin_of(afferents=[dermis.Afferents()]), "afferents[0].cells = (none); allowed: some cells, or sites"),
+    (lambda: skin_of(afferents=[dermis.Afferents(endings=8)]), "afferents[0].endings = 8; allowed: 1 at sites, unless"),
     (lambda: skin_of(afferents=[dermis.Afferents(cells=CELLS, endings=65)]), "afferents[0].endings = 65; allowed: 1 to 64"),
     (lambda: skin_of(afferents=[dermis.Afferents(cells=[(0, 25)])]), "afferents[0].cells[0] = [0, 25]"),
     (lambda: skin_of(afferents=[{"cells": CELLS}]), "afferents = {'cells': [(3, 4), (0, 24)]}; allowed: a list of"),
