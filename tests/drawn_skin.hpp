@@ -198,6 +198,9 @@ inline void draw_depths(Random& r, DrawnSkin& drawn) {
     for (std::optional<double>* depth : {&z.sa1, &z.sa2, &z.fa1, &z.fa2})
         if (chance(r, 0.5)) *depth = two[whole(r, 0, 1)];
     if (drawn.options.sa2_stretch) z.sa2.reset();
+    DepthKernels& k = d.receptors.kernel; // a class without a depth has none
+    for (auto [depth, kernel] : {std::pair{z.sa1, &k.sa1}, {z.sa2, &k.sa2}, {z.fa1, &k.fa1}, {z.fa2, &k.fa2}})
+        if (!depth) *kernel = DepthKernel::stress;
 }
 
 inline DrawnSkin drawn_skin(Random& r) {

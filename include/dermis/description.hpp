@@ -207,7 +207,7 @@ struct Receptors {
     // strain of its own cell. Needs Grid::spacing and, in each pad, a uniform material; refuses Edges::periodic and, in
     // a Skin, SkinOptions::control = depth and depths below a millionth or above a million times the spacing.
     Depths depth;
-    DepthKernels kernel;           // what acts at that depth
+    DepthKernels kernel;           // what acts at that depth; if classes differ, those without a depth have the stress
     std::optional<double> poisson; // Poisson's ratio, 0..0.5, of strain, displacement, a punch and a ball; default 0.4
     // Under a pressure that is held the strain creeps; under a depth that is held the stress relaxes, and receptors
     // that follow it adapt. In a scene it needs a uniform material with a spring and no dashpot in series, and a load

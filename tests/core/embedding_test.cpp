@@ -52,7 +52,7 @@ SkinDescription with_depths(SkinDescription d, double cells) {
     for (auto* length : {&d.surface.relief, &d.material.thickness, &d.material.curvature_length}) *length = 1e-3;
     if (d.material.elements.empty()) d.material.modulus = 2;
     d.receptors.depth = {.sa1 = cells * 1e-3, .sa2 = 3 * cells * 1e-3, .fa1 = {}, .fa2 = 5 * cells * 1e-3};
-    d.receptors.kernel = cells > 3 ? DepthKernel::strain : DepthKernel::stress;
+    d.receptors.kernel.sa1 = d.receptors.kernel.sa2 = cells > 3 ? DepthKernel::strain : DepthKernel::stress;
     d.receptors.kernel.fa2 = DepthKernel::displacement;
     return d;
 }

@@ -469,6 +469,17 @@ TEST_CASE("where a depth would be wrong it is refused by name") {
              "receptors.depth.sa1 = 0; allowed: m, > 0");
     contains(why([](Scene& s) { s.receptors.poisson = 0.3; }), "receptors.poisson = 0.3; allowed: only with");
     contains(why([](Scene& s) {
+                 s.receptors.kernel.fa2 = DepthKernel::displacement;
+                 s.receptors.depth.fa2.reset();
+             }),
+             "receptors.kernel.fa2 = \"displacement\"; allowed: \"stress\" without a depth; in [receptors] a line "
+             "depth.fa2 = \"2 mm\" gives one, depth = \"fingertip\" those of all classes");
+    contains(why([](Scene& s) {
+                 s.receptors.kernel = DepthKernel::strain;
+                 s.receptors.depth = {};
+             }),
+             "receptors.kernel = \"strain\"; allowed: \"stress\" without a depth");
+    contains(why([](Scene& s) {
                  s.receptors.kernel = DepthKernel::strain;
                  s.receptors.poisson = 0.51;
              }),

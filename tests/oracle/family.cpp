@@ -406,12 +406,15 @@ void Family::take_depths(Scene& s) {
     kind_ = marches ? "spread" : "depth";
     if (!marches) s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
     else s.tolerance = 1e9;
-    const bool strain = one_in(3);
-    if (strain) s.receptors.kernel = DepthKernel::strain;
-    if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
-    if (strain && one_in(2)) s.receptors.kernel.fa2 = DepthKernel::displacement;
-    for (std::optional<double> Depths::*depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
-        if (!one_in(3)) s.receptors.depth.*depth = *s.grid.spacing * decades(-0.5, 1.5);
+    const bool strain = one_in(3), displacement = strain && one_in(2);
+    Depths& z = s.receptors.depth;
+    DepthKernels& k = s.receptors.kernel;
+    for (auto [depth, kernel] : {std::pair{&z.sa1, &k.sa1}, {&z.sa2, &k.sa2}, {&z.fa1, &k.fa1}, {&z.fa2, &k.fa2}}) {
+        if (one_in(3)) continue;
+        *depth = *s.grid.spacing * decades(-0.5, 1.5);
+        if (strain) *kernel = displacement && kernel == &k.fa2 ? DepthKernel::displacement : DepthKernel::strain;
+        if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
+    }
 }
 
 // A window within the scene, mostly with flanks.

@@ -69,12 +69,18 @@ void check_depths(SkinDescription& s) {
     if (reads_poisson(r)) r.poisson = r.poisson.value_or(0.4);
     check_rows("receptors.", r);
     check_rows("receptors.depth.", r.depth);
-    if (!has_depth(r)) return;
+    const DepthKernels& k = r.kernel;
+    const bool alike = k.sa1 == k.sa2 && k.sa1 == k.fa1 && k.sa1 == k.fa2; // a word for all classes that have a depth
+    const bool some = has_depth(r);
     for (const ReceptorClass& c : receptor_classes) {
         std::optional<double>& depth = r.depth.*c.depth;
-        if (!depth) continue;
-        const std::string key = std::string("receptors.depth.") + name(c.type);
+        const std::string of = name(c.type), key = "receptors.depth." + of;
         const DepthKernel kernel = r.kernel.*c.kernel;
+        if (!depth && kernel != DepthKernel::stress && !(alike && some))
+            refuse("receptors.kernel" + (alike ? "" : "." + of), std::string("\"") + text_of(kernel) + "\"",
+                   "\"stress\" without a depth; in [receptors] a line depth." + of +
+                       " = \"2 mm\" gives one, depth = \"fingertip\" those of all classes");
+        if (!depth) continue;
         need(*depth > 0 || kernel == DepthKernel::stress, key.c_str(), *depth,
              std::string("m, > 0 with receptors.kernel = \"") + text_of(kernel) + "\"");
         need(s.grid.spacing.has_value(), key.c_str(), *depth, "only with grid.spacing");
