@@ -72,8 +72,8 @@ struct Afferents {
     // middle of an afferent. Its endings are the cells of points that are drawn, with equal probability, from the part
     // of the circle with this radius that lies on the grid.
     std::optional<double> radius;
-    // Of the endings and factors s that are drawn. A seed gives the same ones on every machine. What is drawn for
-    // an afferent follows from the seed, its class and its place in this entry alone.
+    // Of the endings and factors s that are drawn, -1e9..1e9. A seed gives the same ones on every machine. What is
+    // drawn for an afferent follows from the seed, its class and its place in this entry alone.
     int seed = 1;
 };
 

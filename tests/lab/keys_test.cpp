@@ -165,7 +165,9 @@ TEST_CASE("a number outside a key's range is refused by the key's name and the r
         {"-1e9..1e9", {"-1.1e9", "2e9", "nan"}},
         {"1..16384", {"0", "16385"}},
         {"1 to 64", {"0", "65"}},
-        {"0 to 5", {"-0.1", "5.5", "nan"}}};
+        {"0 to 5", {"-0.1", "5.5", "nan"}},
+        {"a whole number, -1e9..1e9", {"-1000000001", "2000000000", "0.5"}},
+        {"a number > 0, at most 1e6; in tables of a scene also \"median\" or \"threshold\"", {"0", "2e6", "nan"}}};
     int asked = 0;
     for (const scene::KeyRow& row : scene::key_rows()) {
         const std::string range = row.allowed.substr(0, row.allowed.find("; only with"));

@@ -165,6 +165,8 @@ TEST_CASE("summary.json has the velocity and the repeat of the one pattern that 
     s.load.grating = Grating{.wavelength = 1e-3, .direction = pi / 3, .velocity = -0.04};
     CHECK(pattern(s)["velocity"][1] == relative(-0.04 * std::sqrt(0.75), 1e-14));
     CHECK(pattern(s)["repeat"][0] == relative(2e-3, 1e-14));
+    s.load.grating->direction = pi / 2; // whose cosine in double is 6e-17
+    CHECK(pattern(s).dump() == R"({"velocity":[-0.0,-0.04],"repeat":[null,0.001]})");
     s.load.grating->direction = 0;
     CHECK(pattern(s).dump() == R"({"velocity":[-0.04,-0.0],"repeat":[0.001,null]})");
     s.more_loads = {s.load};

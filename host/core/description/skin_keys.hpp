@@ -22,8 +22,9 @@ inline constexpr Range number{"a finite number", [](double) { return true; }},
     counts{"1..16384", [](double x) { return x >= 1 && x <= 16384; }},
     below_1{"a finite number < 1", [](double x) { return x < 1; }},
     fibre_endings{"1 to 64", [](double x) { return x >= 1 && x <= 64; }},
-    sensitivities{"\"median\", \"threshold\", or a number > 0, at most 1e6",
+    sensitivities{"a number > 0, at most 1e6; in tables of a scene also \"median\" or \"threshold\"",
                   [](double x) { return x > 0 && x <= 1e6; }},
+    seeds{"a whole number, -1e9..1e9", [](double x) { return std::abs(x) <= 1e9; }},
     spreads{"0 to 5", [](double x) { return x >= 0 && x <= 5; }};
 
 template <>
@@ -128,6 +129,6 @@ inline constexpr auto rows<Afferents> = std::tuple{
     Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
     Key{"endings", &Afferents::endings, "", fibre_endings, "", "of each afferent"},
     Key{"radius", &Afferents::radius, "m", positive, "none", "around a site, in which its endings are drawn"},
-    Key{"seed", &Afferents::seed, "", no_range, "sites.seed, or 1", "of endings and factors s"}};
+    Key{"seed", &Afferents::seed, "", seeds, "sites.seed, or 1", "of endings and factors s"}};
 
 } // namespace dermis::scene

@@ -166,7 +166,7 @@ void bind_afferents(nb::module_& m) {
         .def_ro("radius", &Afferents::radius,
                 "m, or cells without a spacing: each site of the class is then the middle of an afferent, whose "
                 "endings are drawn within the radius, on the grid. None with cells.")
-        .def_ro("seed", &Afferents::seed, "Of the endings and factors s that are drawn.");
+        .def_ro("seed", &Afferents::seed, "-1e9..1e9: of the endings and factors s that are drawn.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
         nb::arg("type"), nb::sig("def afferent_model(type: dermis._typing.ReceptorType) -> AfferentModel"),

@@ -18,7 +18,8 @@ std::optional<MovingPattern> moving_pattern(const Scene& s) {
             moving.push_back({l.texture->velocity, {l.texture->width * spacing, l.texture->height * spacing}});
         } else if (l.grating) {
             const Grating& g = *l.grating;
-            const double x = std::cos(g.direction), y = std::sin(g.direction);
+            const auto rounded = [](double x) { return std::abs(x) < 1e-12 ? 0 : x; }; // that of 90 degrees is not 0
+            const double x = rounded(std::cos(g.direction)), y = rounded(std::sin(g.direction));
             moving.push_back(
                 {{g.velocity * x, g.velocity * y}, {g.wavelength / std::abs(x), g.wavelength / std::abs(y)}});
         }
