@@ -3,8 +3,8 @@
 
 Writes the page EVIDENCE.md and its pictures into the folder. bench/evidence/rows.csv has the rows, and what each is
 judged by. Exits with 1 where a number is not as in bench/evidence/expected.csv (name, value, and by how much it may
-differ), after the page is written. --row: computes this row alone and prints its numbers, without a page. --write: writes
-expected.csv anew.
+differ), or bench/EVIDENCE.md counts otherwise, after the page is written. --row: computes this row alone and prints its
+numbers, without a page. --write: writes expected.csv anew.
 """
 import argparse
 import csv
@@ -211,10 +211,10 @@ def reach_row(dermis, folder):
 
 ROWS = {"adaptation": adaptation_row, "ridges": ridges_row, "noise": spikes.noise_row, "pairs": spikes.pairs_row,
         "bar": places.bar_row, "dots": places.dots_row, "spacing": places.spacing_row, "gratings": places.gratings_row,
-        "strokes": places.strokes_row, "ramp": spikes.ramp_row, "rates": spikes.rates_row,
-        "spheres": places.spheres_row, "fields": places.fields_row, "thresholds": spikes.thresholds_row,
-        "filter": filter_row, "edges": spikes.edges_row, "plateau": spikes.plateau_row, "hold": spikes.hold_row,
-        "press": press_row, "reach": reach_row, "units": spikes.units_row}
+        "ramp": spikes.ramp_row, "rates": spikes.rates_row, "spheres": places.spheres_row, "fields": places.fields_row,
+        "thresholds": spikes.thresholds_row, "filter": filter_row, "strokes": places.strokes_row,
+        "edges": spikes.edges_row, "plateau": spikes.plateau_row, "hold": spikes.hold_row, "press": press_row,
+        "reach": reach_row, "units": spikes.units_row}
 
 
 def judged(value, line):
@@ -230,6 +230,10 @@ def asked(line):
     return f"{tolerance} {line['published']}" if tolerance.startswith("at") else f"{line['published']} ± {tolerance}"
 
 
+def verdict_of(lines, agrees):
+    return ("compatible" if lines[0]["kind"] == "by choice" else "agrees") if agrees else "**fails**"
+
+
 def digits(value):
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
@@ -243,8 +247,9 @@ def page(rows):
     head = f"""# Published results beside ours
 
 {counted['prediction']} predictions agree; {counted['fit']} fits agree. Beside them stand {counted['other model']} comparisons with another
-model, TouchSim. For each row [rows.csv](evidence/rows.csv) gives the source, the kind, the published numbers and by how much ours may
-differ. It also names the rows whose results were known before this was written. No row is taken out for its result. These rows show a
+model, TouchSim, and {len(kinds['by choice'])} rows that count as neither: the model was changed, or a number chosen, while their results
+were known, or the number asked for is ours. For each row [rows.csv](evidence/rows.csv) gives the source, the kind, the published numbers
+and by how much ours may differ. It also names the rows whose results were known before this was written. No row is taken out for its result. These rows show a
 small part of what is known about touch. The model has no direction of forces, no slip, no friction, no waves that travel along the skin,
 no noise and no conduction times. Noise would let rates rise between no spike and one per cycle (row:ramp), and make counts vary from trial
 to trial; conduction times would shift all spikes of an afferent together, by 2 to 5 ms in people, and change no rate; the finger's resonance
@@ -253,8 +258,8 @@ written by `./run evidence`. Its numbers are compared with [expected.csv](eviden
 changes.
 """
     table = "\n| # | published | asked for | dermis | verdict |\n|---|---|---|---|---|\n"
-    verdict = {name: "agrees" if agree[name] else "**fails**" for name in agree}
-    titles = {"prediction": "Predictions", "fit": "Fits", "other model": "Other models"}
+    verdict = {name: verdict_of(lines, agree[name]) for name, lines, _ in rows}
+    titles = {"prediction": "Predictions", "fit": "Fits", "by choice": "Compatible by a choice of ours", "other model": "Other models"}
     number = {name: n for n, (name, _, _) in enumerate(rows, 1)}
     for kind, names in kinds.items():
         head += f"\n## {titles[kind]}: {counted[kind]}\n{table}"
@@ -268,7 +273,7 @@ changes.
         head += f"\n## {number[name]}. {lines[0]['title']}\n{picture}\n| {lines[0]['source']} | asked for | dermis | |\n|---|---|---|---|\n"
         for line in lines:
             value = row.numbers[line["name"]]
-            head += f"| {line['quantity']} | {asked(line)} | {digits(value)} | {'agrees' if judged(value, line) else '**fails**'} |\n"
+            head += f"| {line['quantity']} | {asked(line)} | {digits(value)} | {verdict_of(lines, judged(value, line))} |\n"
         head += f"\ndermis: {row.ours}.\n\n{row.why}.\n\n`python3 bench/evidence.py DERMIS FOLDER --row {name}` computes it.\n"
     head = re.sub(r"row:(\w+)", lambda found: f"row {number[found[1]]}", head)
     head += "\n## Data\n\n"
@@ -321,13 +326,15 @@ def main():
         print(f"{name}: {lines[name][0]['title']}: {row.ours}", flush=True)
         for line in lines[name]:
             value = row.numbers[line["name"]]
-            print(f"    {line['quantity']}: {digits(value)}, {asked(line)}: {'agrees' if judged(value, line) else 'fails'}", flush=True)
+            print(f"    {line['quantity']}: {digits(value)}, {asked(line)}: {verdict_of(lines[name], judged(value, line))}", flush=True)
     if options.row:
         return
     (options.folder / "EVIDENCE.md").write_text(page(rows))
     numbers = {name: value for _, _, row in rows for name, value in row.numbers.items()}
     if options.write:
         written(numbers, DATA / "expected.csv")
+    elif page(rows).split("##")[0] != (HERE / "EVIDENCE.md").read_text().split("##")[0]:
+        sys.exit(f"evidence: the counts of bench/EVIDENCE.md are not those of {options.folder / 'EVIDENCE.md'}")
     wrong = changed(numbers, DATA / "expected.csv")
     if wrong:
         sys.exit("evidence: numbers that are not as expected:\n" + "\n".join(wrong))

@@ -84,8 +84,8 @@ def fields_row(dermis, folder):
     values = fitted()
     return Row("; ".join(texts) + " at 50, 100, 200, 350 and 500 um",
                "Endings are fitted, {:.0f} of SA1 within {:.1f} mm and {:.0f} of RA within {:.0f} mm, with a sensitivity of {:.1f} and "
-               "{:.0f}: with the median's no afferent fires at 50 um. With these row:rates does not hold, whose rates are those "
-               "of the median afferent".format(values["sa1"]["endings"], values["sa1"]["radius"] * 1e3, values["ra"]["endings"],
+               "{:.0f}: with the median's no afferent fires at 50 um. With these row:rates, whose rates are those of the median "
+               "afferent, and row:edges do not hold: row:edges says by how much".format(values["sa1"]["endings"], values["sa1"]["radius"] * 1e3, values["ra"]["endings"],
                        values["ra"]["radius"] * 1e3, values["sa1"]["field_gain"], values["ra"]["field_gain"]), numbers)
 
 
