@@ -4,8 +4,6 @@
 
 #include "host/core/base/float_environment.hpp"
 
-#include <utility>
-
 namespace dermis::contact {
 void check(const Body& body, const char* list, int number) {
     check(body.pose);
@@ -62,16 +60,18 @@ Lines::Lines(const Pad& pad, const Pose& from, const Pose& to) : surface_(pad) {
 
 void Lines::deepen(const Body& body, const double* x, const double* y, int count, double* depth) {
     for (int i = 0; i < count; ++i) {
+        if (lines_.flat) {
+            lines_.from[0][i] = x[i], lines_.from[1][i] = y[i];
+            continue;
+        }
         Vector place, normal;
         if (i == 0 || y[i] != y[i - 1]) surface_.row(y[i]);
         surface_.at(x[i], place, normal);
         const Vector own = vector(place), out = vector(normal);
         for (size_t k = 0; k < 3; ++k) lines_.from[k][i] = offset_[k] + own[k], lines_.along[k][i] = -out[k];
     }
-    const bool flat = std::exchange(lines_.flat, false);
     lines_.faces = body.faces, lines_.face_count = body.face_count;
-    loops().deepen(int(body.kind), body.size.data(), lines_, {0, 0, count, 1, 0}, depth);
-    lines_.flat = flat;
+    loops().deepen(int(body.kind), body.size.data(), lines_, {0, 0, count, 1, 0, true}, depth);
 }
 
 void Lines::deepen(const Body& body, const Block& b, double* depth) {

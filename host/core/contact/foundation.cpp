@@ -141,6 +141,7 @@ void Bed::resize(int columns, int rows, int first_x, int first_y) {
 }
 
 bool Bed::settle(bool shares) {
+    level = 0;
     deepest = loops().settle(deep.data(), deep.size(), depth.data(), shares ? share.data() : nullptr);
     return deepest > 0.5 * not_below;
 }
@@ -173,12 +174,10 @@ double level_of(const Bed& bed, double asked) {
 }
 
 Rest press(Bed& bed, const Push& push) {
-    // Depths are known to about 1e-15 m, and floats hold levels of 1e9 m.
-    const double asked = std::clamp(push.force / (push.stiffness * push.area), 1e-15, 1e9);
-    double level = level_of(bed, asked);
+    double level = bed.level > 0 ? bed.level : level_of(bed, push.asked);
     Sums sums = sums_above(bed, {level, 0, 0});
     if (Spread(sums).least() < least_moment) {
-        level = wide_enough(bed, level, asked);
+        level = wide_enough(bed, level, push.asked);
         sums = sums_above(bed, {level, 0, 0});
     }
     Rest rest{.level = level};

@@ -6,6 +6,7 @@
 #include "dermis/contact.hpp"
 #include "host/core/contact/loops.hpp"
 
+#include <algorithm>
 #include <vector>
 
 namespace dermis::contact {
@@ -17,6 +18,7 @@ struct Bed {
     std::size_t pitch = 0;
     std::vector<double> deep;    // m, the depths as they are found; not_below: no cell of the patch
     double deepest = not_below;  // m
+    double level = 0;            // m, level_of() the last press asked of these depths; 0: not known
     std::vector<float> depth;    // m, relative to the deepest cell's; at most 0
     std::vector<float> share;    // of each cell the part that the body is below, 0..1
     std::vector<float> pressure; // the answer: in proportion to the pressure
@@ -37,12 +39,15 @@ struct Bed {
 
 // What presses the bed. Lengths are in cells, from the middle of the bed.
 struct Push {
-    double force;         // N, > 0
-    double stiffness;     // Pa/m
-    double area;          // m^2, of a cell
+    double force, area;   // N, > 0; m^2, of a cell
+    double asked;         // m: asked_of() these and the stiffness
     bool centred = false; // whether the pressure's centre is to be (x, y)
     double x = 0, y = 0;
 };
+// The sum of excesses that carries a force, m. Depths are known to about 1e-15 m, and floats hold levels of 1e9 m.
+inline double asked_of(double force, double area, double stiffness) {
+    return std::clamp(force / (stiffness * area), 1e-15, 1e9);
+}
 
 // What became of it.
 struct Rest {

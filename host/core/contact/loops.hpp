@@ -9,12 +9,13 @@ namespace dermis::contact {
 
 constexpr double not_below = -1e6; // m, the depth of a cell that is neither above nor below a body
 
-// Places of a pad's surface a cell apart, in cells from the centre of cell (0, 0): columns and rows from (x, y) on,
-// whose depths stand in rows of `pitch`.
+// Places of a pad's surface, in cells from the centre of cell (0, 0): columns and rows of cells from (x, y) on, whose
+// depths stand in rows of `pitch`; or, scattered, one row of places that LineRow lists.
 struct Block {
     double x, y;
     int columns, rows;
     std::size_t pitch;
+    bool scattered = false;
 };
 
 // The lines from places along the surface's inward normals, in the frame of a body: from + t*along, |along| = 1.
@@ -22,9 +23,9 @@ struct LineRow {
     static constexpr int most = 64;
     bool flat;                                       // whether the lines are parallel: the next four hold
     double origin[3], step_x[3], step_y[3], down[3]; // from = origin + x*step_x + y*step_y, along = down
-    double from[3][most], along[3][most];            // else these, of one row
-    double deepest;                                  // m: what is deeper counts as if it were not there
-    const double* faces;                             // of a hull, as in Body
+    double from[3][most], along[3][most]; // else these, of one row; of scattered parallel lines from has x and y
+    double deepest;                       // m: what is deeper counts as if it were not there
+    const double* faces;                  // of a hull, as in Body
     std::size_t face_count;
 };
 

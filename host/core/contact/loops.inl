@@ -145,17 +145,18 @@ template <int kind> void deepen_by(const double* size, const LineRow& l, const B
         __builtin_memcpy(&x, from, sizeof x);
         return x;
     };
-    for (int j = 0; j < b.rows; ++j) {
-        const Vec row = stepped(origin, all(b.y + j), step_y);
+    for (int j = 0; j < b.rows; ++j)
         for (int i = 0; i < b.columns; i += 4) {
             double* to = depth + size_t(j) * b.pitch + i;
             const int n = lesser(b.columns - i, 4);
-            if (l.flat) deepen_four<kind>(own, stepped(row, Four{0, 1, 2, 3} + (b.x + i), step_x), down, l, to, n);
-            else
+            if (l.flat) {
+                const Four x = b.scattered ? four(l.from[0] + i) : Four{0, 1, 2, 3} + (b.x + i),
+                           y = b.scattered ? four(l.from[1] + i) : all(b.y + j);
+                deepen_four<kind>(own, stepped(stepped(origin, y, step_y), x, step_x), down, l, to, n);
+            } else
                 deepen_four<kind>(own, {four(l.from[0] + i), four(l.from[1] + i), four(l.from[2] + i)},
                                   {four(l.along[0] + i), four(l.along[1] + i), four(l.along[2] + i)}, l, to, n);
         }
-    }
 }
 
 void deepen(int kind, const double* size, const LineRow& lines, const Block& block, double* depth) {

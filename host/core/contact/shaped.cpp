@@ -55,10 +55,11 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
             laid.back().lines.deepen(added, all.block(bed.pitch),
                                      &bed.deep[bed.number(all.columns.first, all.rows.first)]);
     }
-    bool lies = bed.settle(true);
+    const bool lies = bed.settle(true);
     if (!outlines) return lies;
     // Where cells may be pressed, and a cell more. A body less than a cell thick may be between the cells' centres.
-    const Region near = lies && !thin ? pressed_beyond(all, bed.deepest - 4 * level_of(bed, asked)) : all;
+    if (lies) bed.level = level_of(bed, asked);
+    const Region near = lies && !thin ? pressed_beyond(all, bed.deepest - 4 * bed.level) : all;
     const bool flat = shape.radius_x == 0 && shape.radius_y == 0;
     if (near.empty() || (flat && laid.size() == 1 && covers(laid[0], near))) return lies;
     lay_outlines(near, thin);
@@ -157,11 +158,10 @@ bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own,
         else landed.beside += 1, landed.asked += landing->whole, landed.outside += landing->whole;
     }
     if (!(w.force > 0)) return sum_up(report, landed), true;
-    const double asked = w.force / (source.stiffness * spacing * spacing);
+    const double area = spacing * spacing, asked = asked_of(w.force, area, source.stiffness);
     const double x = w.moment_x / (w.force * spacing), y = w.moment_y / (w.force * spacing); // cells from the middle
     const auto pressed = [&] {
-        return press(bed,
-                     {w.force, source.stiffness, spacing * spacing, true, x + bed.off_x(shape), y + bed.off_y(shape)});
+        return press(bed, {w.force, area, asked, true, x + bed.off_x(shape), y + bed.off_y(shape)});
     };
     const bool goes_on = std::ranges::any_of(around, [](int cells) { return cells > 0; });
     Rest rest;
@@ -215,7 +215,8 @@ ContactReport Touch::Impl::press_by_image(int number, bool gaps) {
         return lost;
     }
     Wrench w{.force = -z, .whole = whole, .along_x = x, .along_y = y};
-    const Rest rest = press(bed, {w.force, source.stiffness, shape.spacing * shape.spacing});
+    const double area = shape.spacing * shape.spacing;
+    const Rest rest = press(bed, {w.force, area, asked_of(w.force, area, source.stiffness)});
     w.torsion = shape.spacing * (rest.x * y - rest.y * x); // about the pad's middle: none about the pressure's
     ContactReport report = add_bed(number, rest, w);
     report.by_body = 0;
