@@ -230,6 +230,10 @@ TEST_CASE("A body that is below no cell, and one without shapes, press by a patc
     CHECK(r.by_patch == 1);
     CHECK(r.by_body == 0);
     CHECK(r.placed == relative(1, 1e-6));
+    Grip without(16, 16, 1.5e-3, {});
+    without.push({0, 0, 0}, {0, 0, -1}, 3);
+    CHECK(without.press().placed == relative(1, 1e-6));
+    CHECK(std::memcmp(without.touch.pressure(), s.touch.pressure(), sizeof(float) * 256) == 0);
 }
 
 TEST_CASE("A box that moves along the cells presses without steps, and one thinner than a cell wherever it stands") {

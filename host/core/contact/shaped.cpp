@@ -5,7 +5,6 @@
 namespace dermis::contact {
 namespace {
 
-bool is_before(const Shaped* s, int body) { return s->body < body; }
 bool is_below(double depth) { return depth > 0.5 * not_below; }
 
 // Whether a patch may end where the body does. Round bodies press patches that end before that.
@@ -31,7 +30,7 @@ bool covers(Laid& l, const Region& r) {
 
 // Lays the shapes of a body below the cells of a pad, and around it if that is asked for. asked: m, the sum of excesses
 // of the press, from which it is known which outlines may be pressed. Returns whether the shapes are below any cell.
-bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
+bool Touch::Impl::lay(std::span<const Shaped* const> own, const Pose& pose, bool goes_on, double asked) {
     const std::array<int, 4> more = goes_on ? around : std::array<int, 4>{};
     bed.resize(shape.width + more[0] + more[1], shape.height + more[2] + more[3], more[0], more[2]);
     // Cells whose centres are on the finger.
@@ -41,12 +40,9 @@ bool Touch::Impl::lay(int number, int body, bool goes_on, double asked) {
                      within(-a[2] / shape.spacing - 0.5, shape.height + a[3] / shape.spacing - 0.5,
                             {-more[2], shape.height + more[3] - 1})};
     laid.clear();
-    const auto own = shapes.of(size_t(number));
-    const Pose pose = poses[size_t(number)].from_middle(shape);
     bool outlines = false, thin = false;
-    for (auto s = std::lower_bound(own.begin(), own.end(), body, is_before); s != own.end() && (*s)->body == body;
-         ++s) {
-        laid.emplace_back((*s)->shape, shape, pose);
+    for (const Shaped* s : own) {
+        laid.emplace_back(s->shape, shape, pose);
         const Body& added = laid.back().shape;
         outlines = outlines || has_outline(added);
         thin = thin || (has_outline(added) &&
@@ -142,6 +138,10 @@ ContactReport Touch::Impl::add_bed(int number, const Rest& rest, const Wrench& w
 // Presses a pad by the shapes of a body, of which these are the contacts. Returns false, and has done nothing, if no
 // shape is below a cell.
 bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own, ContactReport& report) {
+    const auto [first, last] =
+        std::ranges::equal_range(shapes.of(size_t(number)), own.front()->body, {}, &Shaped::body);
+    if (first == last) return false;
+    const std::span shapes_of_body(first, last);
     const Pose pose = poses[size_t(number)].from_middle(shape);
     const double spacing = shape.spacing;
     const auto is_on = [&](const Contact& c) { // on the finger, or half a cell beside it
@@ -165,10 +165,10 @@ bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own,
     };
     const bool goes_on = std::ranges::any_of(around, [](int cells) { return cells > 0; });
     Rest rest;
-    const bool lies = lay(number, own.front()->body, false, asked);
+    const bool lies = lay(shapes_of_body, pose, false, asked);
     if (lies) rest = pressed();
     if (goes_on && (!lies || w.off_pad || bed.presses_border())) {
-        if (!lay(number, own.front()->body, true, asked)) return false;
+        if (!lay(shapes_of_body, pose, true, asked)) return false;
         rest = pressed();
     } else if (!lies) return false;
     sum_up(report, landed);

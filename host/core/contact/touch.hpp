@@ -86,7 +86,7 @@ struct Touch::Impl {
     ContactReport pressed_by(int number, double modulus);
     ContactReport press_by_patches(int number, double modulus);
     bool press_by_shape(int number, std::span<const Listed* const>, ContactReport&);
-    bool lay(int number, int body, bool goes_on, double asked);
+    bool lay(std::span<const Shaped* const>, const Pose&, bool goes_on, double asked);
     Region pressed_beyond(const Region&, double least) const;
     void lay_outlines(const Region&, bool all);
     void share_out(int x, int y);

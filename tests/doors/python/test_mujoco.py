@@ -147,7 +147,8 @@ def test_the_page_for_any_simulator_runs_as_it_stands():
     def simulated(hand):
         return (0, 0, 0), (1, 0, 0, 0, -1, 0, 0, 0, -1), 0.3, np.full((60, 80), 1e-4, np.float32)
 
-    names = {"simulated": simulated, "TIPS": 5, "SIDE": 80, "SPACING": 2.5e-4, "RADIUS": 8e-3, "STEP": 1e-3}
+    names = {"simulated": simulated, "GRIPPER": str(TOP / "tests/embedding/mujoco/gripper.xml"), "TIPS": 5, "SIDE": 80,
+             "SPACING": 2.5e-4, "RADIUS": 8e-3, "STEP": 1e-3}
     run_blocks(PAGE.read_text().partition(SENSORS)[0], names)
     assert (names["observed"] > 0).all()
 
