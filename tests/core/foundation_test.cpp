@@ -141,6 +141,48 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("A ball whose force is off its middle moves its patch by as much, and at the patch's border by about half") {
+    const double radius = 15e-3, a = 3e-3, depth = a * a / (2 * radius),
+                 force = pi * stiffness * radius * depth * depth;
+    for (const auto& [s, got] : {std::array{0.1, 0.1}, std::array{0.3, 0.3}, std::array{1.0, 0.57}}) {
+        Grip grip(64, 64, quarter);
+        grip.shape(Body::Kind::sphere, {radius}, {0, 0, radius});
+        grip.push({s * a, 0, 0}, {0, 0, -force});
+        CHECK(grip.press().tilted == (s == 1));
+        CHECK(grip.centre()[0] / a == absolute(got, 0.006));
+        CHECK(std::abs(grip.centre()[1]) <= 1e-6 * a);
+        CHECK(grip.greatest() == relative(2 * force / (pi * a * a), 0.01));
+    }
+}
+
+TEST_CASE("The image of a wedge presses a strip: width^2 = 2*F/(k*L*tan(angle))") {
+    const int n = 64;
+    const double spacing = 3.75e-4, slope = std::tan(pi / 90), force = 2, length = n * spacing;
+    std::vector<float> depth(size_t(n * n));
+    for (int i = 0; i < n * n; ++i) depth[size_t(i)] = float(i % n * spacing * slope);
+    Touch touch({.width = n, .height = n, .spacing = spacing}, 1, 1e-3, false, {stiffness});
+    const Vector push = {0, 0, -force};
+    touch.add({.depth = depth.data(), .force = push.data(), .gaps = true});
+    int pressed = 0;
+    for (int x = 0; x < n; ++x) pressed += touch.pressure()[x] > 0;
+    CHECK(std::abs(pressed * spacing - std::sqrt(2 * force / (stiffness * length * slope))) <= spacing);
+    CHECK(touch.report(0).placed == relative(force, 1e-6));
+}
+
+TEST_CASE("A world that is turned by a quarter, pad and body, has the same bits") {
+    const std::array<double, 9> quarter_turn = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+    Grip here(16, 12, 1e-3), there(16, 12, 1e-3);
+    const Vector at = {2.3e-3, -1.1e-3, 4e-3}, place = {1.7e-3, 0.4e-3, 0}, force = {0.2, -0.1, -1.5};
+    const auto turned = [](const Vector& v) { return Vector{-v[1], v[0], v[2]}; };
+    here.shape(Body::Kind::box, {3e-3, 5e-3, 4e-3}, at);
+    here.push(place, force);
+    there.shape(Body::Kind::box, {3e-3, 5e-3, 4e-3}, turned(at), quarter_turn);
+    there.push(turned(place), turned(force));
+    here.press();
+    there.touch.add({Grip::origin.data(), quarter_turn.data()}, there.contacts(), there.shapes());
+    CHECK(std::memcmp(here.touch.pressure(), there.touch.pressure(), sizeof(float) * size_t(here.cells())) == 0);
+}
+
 TEST_CASE("A finger that goes on beyond its pad carries its share of the force there") {
     const double spacing = 1.5e-3, more = 4 * spacing;
     const auto share = [&](Body::Kind kind, const Vector& size, const Vector& at, const std::array<double, 9>& turn,

@@ -140,6 +140,52 @@ def test_depth_images_press_with_their_forces_and_say_where_they_stop_too_early(
         assert str(refused.value).startswith(words), refused.value
 
 
+def cylinder_at(x, radius=15e-3):
+    """A cylinder along y that touches the pad's plane at x, as a Shapes of one."""
+    return contact.Shapes(pad=[0], body=[0], kind=[contact.KINDS["cylinder"]], size=[[radius, 0.04, 0]],
+                          position=[[x, 0, radius]], rotation=[[[1, 0, 0], [0, 0, 1], [0, -1, 0]]])
+
+
+def test_a_skin_that_is_held_long_takes_the_shape_of_what_presses_it():
+    side, spacing = 48, 5e-4
+    scene = dermis.fingertip(grid={"width": side, "height": side, "spacing": spacing}, surface={"kind": "flat"})
+    skin = dermis.Skin(scene)
+    touch = contact.Touch(skin, reach=1e-3, stiffness=contact.skin_stiffness(scene))
+    x = (np.arange(side) + 0.5 - side / 2) * spacing
+    depth = np.float32(-np.hypot(x, x[:, None])**2 / 30e-3)
+    touch.add_depths(depth, [0, 0, -1.0], gaps=True)
+    level = touch.report(0).level
+    skin.press(touch, 2000.0)
+    assert skin.report().indentation.value == pytest.approx(depth.max() - level, rel=1e-3)
+    assert touch.pressure.max() == pytest.approx(contact.skin_stiffness(scene) * (depth.max() - level), rel=1e-4)
+
+
+def test_a_bottle_that_rolls_over_the_border_chatters_less_by_its_shape_than_by_patches():
+    side, spacing, force = 16, 1.5e-3, 2.0
+    scene = dermis.fingertip(grid={"width": side, "height": side, "spacing": spacing}, surface={"kind": "flat"})
+    felt = {}
+    for way in ("shapes", "patches"):
+        skin = dermis.Skin(scene, responses=["fa2"])
+        touch = contact.Touch(skin, reach=1e-3)
+        energy = 0
+        for n in range(700):
+            x = 6e-3 + 1e-5 * n  # from inside to 1 mm beyond the border at 12 mm
+            ends = np.array([[min(x, 12e-3), y, 0] for y in (-12e-3, 12e-3)])
+            call = dict(middle=np.zeros((1, 3)), rotation=[np.eye(3)], pad=[0, 0], position=ends,
+                        force=[[0, 0, -force / 2]] * 2)
+            if way == "shapes":
+                report = touch.add(**call, body=[0, 0], shapes=cylinder_at(x))
+                assert report.placed == pytest.approx(force, rel=1e-6)
+                skin.press(touch, 1e-3)
+            else:
+                report = touch.add(**call, ball=15e-3, modulus=1e5)
+                skin.press(touch.pressure[0] * np.float32(force / report.placed), 1e-3)
+            if n > 20:
+                energy += float((skin["fa2"].astype(float)**2).sum())
+        felt[way] = energy
+    assert felt["shapes"] <= 0.3 * felt["patches"]
+
+
 @pytest.mark.parametrize("change, words", [
     ({"kind": [9]}, "shapes.kind[0] = 9; allowed: sphere, capsule, box, plane, cylinder, ellipsoid, hull (0..6)"),
     ({"size": [[0.02, 0, 0.01]]}, "shapes.size[0][1] = 0; allowed: above 0"),
