@@ -126,7 +126,7 @@ void PressKernel::bind(size_t binding, const Maps& m) {
             response[i] = map(m.response[i], variant_.wanted[QUANTITY_SA1 + i] && !variant_.spreads);
         if (variant_.sites) {
             const VkDeviceSize entry = sizeof(f32::SiteEntry), first = site_windows_[w].first * entry;
-            response = {m.invalid, m.invalid, m.invalid, m.invalid};
+            response.fill(m.invalid);
             response[PRESS_SITES - PRESS_RESPONSE(QUANTITY_SA1)] = {m.sites.buffer, m.sites.offset + first,
                                                                     site_windows_[w].count * entry};
             response[PRESS_SITES_RESPONSE - PRESS_RESPONSE(QUANTITY_SA1)] = m.responses;
