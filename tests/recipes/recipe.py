@@ -16,14 +16,17 @@ EDITS = {
         ("    fa2,\n    curvature,", "    fa2,\n    sa3,\n    curvature,"),
         ("fa2 = 25;", "fa2 = 25, sa3 = 0;"),
         ("std::optional<double> sa1, sa2, fa1, fa2;", "std::optional<double> sa1, sa2, fa1, fa2, sa3;"),
+        ("fa1(all), fa2(all) {}\n    DepthKernel sa1, sa2, fa1, fa2;",
+         "fa1(all), fa2(all), sa3(all) {}\n    DepthKernel sa1, sa2, fa1, fa2, sa3;"),
     ],
     "host/core/description/names.hpp": [
         ('{fa2, "fa2"},', '{fa2, "fa2"}, {sa3, "sa3"},'),
     ],
     "host/core/description/description.hpp": [
         (
-            "{Quantity::fa2, &Density::fa2, &Depths::fa2},",
-            "{Quantity::fa2, &Density::fa2, &Depths::fa2}, {Quantity::sa3, &Density::sa3, &Depths::sa3},",
+            "{Quantity::fa2, &Density::fa2, &Depths::fa2, &DepthKernels::fa2},",
+            "{Quantity::fa2, &Density::fa2, &Depths::fa2, &DepthKernels::fa2},\n"
+            "    {Quantity::sa3, &Density::sa3, &Depths::sa3, &DepthKernels::sa3},",
         ),
     ],
     "kernels/layout.h": [
@@ -42,6 +45,7 @@ EDITS = {
     ],
     "host/doors/python/pickle.hpp": [
         ("DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2)", "DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2, sa3)"),
+        ("DERMIS_MEMBERS(DepthKernels, sa1, sa2, fa1, fa2)", "DERMIS_MEMBERS(DepthKernels, sa1, sa2, fa1, fa2, sa3)"),
     ],
     "host/lab/planner/counted_cell.hpp": [
         ("&m.rate, &m.acceleration}", "&m.rate, &m.acceleration, &m.strain}"),
