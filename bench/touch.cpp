@@ -102,8 +102,9 @@ void add_touched(Bench& bench, int pads, int every, int threads) {
 class Bodies {
   public:
     static constexpr int side = 16;
+    static constexpr double spacing = 1.5e-3; // m
     Bodies(contact::Body::Kind kind, const std::array<double, 3>& size, int pads, int every)
-        : touch_({.width = side, .height = side, .spacing = 1.5e-3}, pads, 1e-3, false, {.stiffness = 5e7}),
+        : touch_({.width = side, .height = side, .spacing = spacing}, pads, 1e-3, false, {.stiffness = 5e7}),
           middles_(size_t(3 * pads)) {
         for (int i = 0; i < pads; i += every) {
             const double turn = 0.3 * std::sin(i), tilt = 0.02 * std::sin(3.0 * i), x = 6e-3 * std::sin(7.0 * i);
@@ -157,7 +158,9 @@ void add_bodies(Bench& bench, int pads, int every) {
     options.precision = Precision::f32;
     options.count = pads;
     options.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    Skin skin(Device::cpu(1), rectangle(Bodies::side, Bodies::side), options);
+    auto description = rectangle(Bodies::side, Bodies::side);
+    description.grid.spacing = Bodies::spacing;
+    Skin skin(Device::cpu(1), description, options);
     for (Bodies* each : {&ball, &bottle, &box}) each->add(), skin.press(each->touch(), press_dt);
     add_ways(bench, every == 1 ? "bodies" : "few-bodies", Bodies::side, pads, 1,
              {{"touch-press", [&] { skin.press(ball.touch(), press_dt); }},
