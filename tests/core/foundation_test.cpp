@@ -169,6 +169,19 @@ TEST_CASE("The image of a wedge presses a strip: width^2 = 2*F/(k*L*tan(angle))"
     CHECK(touch.report(0).placed == relative(force, 1e-6));
 }
 
+TEST_CASE("A level at which a cell is just about to be pressed is found, whichever way it is rounded to a float") {
+    const Pad pair{.width = 2, .height = 1, .spacing = 1e-3};
+    Touch touch(pair, 1, 1e-3, false, {stiffness});
+    for (const float below : {1e-7f, 1.1e-5f, 3e-4f, 2e-3f})
+        for (int step = -30; step <= 30; ++step) {
+            const std::vector<float> depth = {0, -below};
+            const double asked = double(below) + 0.1 * step * double(std::nextafter(below, 1.0f) - below);
+            const Vector push = {0, 0, -asked * stiffness * pair.spacing * pair.spacing};
+            touch.add({.depth = depth.data(), .force = push.data(), .gaps = true});
+            CHECK(touch.report(0).placed == relative(-push[2], 1e-6));
+        }
+}
+
 TEST_CASE("A world that is turned by a quarter, pad and body, has the same bits") {
     const std::array<double, 9> quarter_turn = {0, -1, 0, 1, 0, 0, 0, 0, 1};
     Grip here(16, 12, 1e-3), there(16, 12, 1e-3);

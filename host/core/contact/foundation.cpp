@@ -23,6 +23,9 @@ struct Spread {
 // Hertz's pressure of a radius of two cells has this second moment, cells^2, and less at no place in a cell.
 constexpr double least_moment = 2.0 / 3;
 
+// Passes after which a search ends as it stands. They take about ten.
+constexpr int most_passes = 100;
+
 // A light press, or one of an edge, would jump from cell to cell. So the level is raised until the smaller second
 // moment is the least one, but at most to where 1/256 of the stiffness carries the force.
 double wide_enough(const Bed& bed, double level, double asked) {
@@ -32,7 +35,8 @@ double wide_enough(const Bed& bed, double level, double asked) {
     double at_low = missing(low), at_high = missing(high);
     if (at_high <= 0) return high;
     double before = high;
-    for (int side = 0;;) { // regula falsi; the value of an end that stays twice counts half (Illinois)
+    // Regula falsi; the value of an end that stays twice counts half (Illinois).
+    for (int side = 0, pass = 0; pass < most_passes; ++pass) {
         const double middle = low + (high - low) * at_low / (at_low - at_high);
         if (std::abs(middle - before) <= right_to * middle) return middle;
         before = middle;
@@ -44,6 +48,7 @@ double wide_enough(const Bed& bed, double level, double asked) {
         else high = middle, at_high = found;
         side = now;
     }
+    return before;
 }
 
 // The level and the tilts for which the pressure has the force's centre, as far as tilts do not change the depths by
@@ -158,18 +163,20 @@ bool Bed::presses_border() const {
 
 double level_of(const Bed& bed, double asked) {
     // The deepest cell counts at any level above 0. From there Newton's steps lead to a level at which more cells count
-    // than in the end, and fall onto it: the sum is convex in the level, and linear while the same cells count. Every
-    // fourth row gives a first level.
+    // than in the end, and fall onto it: the sum is convex in the level, and linear while the same cells count. So
+    // after the first step fewer and fewer count, but for a cell that a level rounded to a float may count or not:
+    // there the search ends. Every fourth row gives a first level.
     double level = asked;
-    for (const int step : {bed.height < 16 ? 1 : 4, 1})
-        for (double before = -1, n, e;;) {
+    for (const int step : {bed.height < 16 ? 1 : 4, 1}) {
+        double before = 0, n, e;
+        for (int pass = 0; pass < most_passes; ++pass, before = n) {
             const float at = float(level);
             loops().level(bed.cells(), at, step, &n, &e);
             if (n == 0) break;
             level = double(at) + (asked / step - e) / n;
-            if (n == before) break;
-            before = n;
+            if (n == before || (pass > 1 && n > before)) break;
         }
+    }
     return level;
 }
 

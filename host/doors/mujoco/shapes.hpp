@@ -20,7 +20,7 @@ class Shapes {
         for (auto* numbers : {&sizes_, &places_, &axes_, &faces_}) numbers->clear();
     }
     // Lists a geom below a pad, unless it is there, and returns the number of its rigid body; -1 for what has no shape
-    // here: a height field, a signed distance, a flex, and a mesh without a convex hull.
+    // here: a height field, a signed distance, a flex, a mesh without a convex hull or with a face of no normal.
     int32_t add(const mjModel* m, const mjData* d, int32_t pad, int geom) {
         if (geom < 0) return -1;
         const int body = m->body_weldid[m->geom_bodyid[geom]];
@@ -77,6 +77,7 @@ class Shapes {
             const int vertex = m->mesh_polyvert[m->mesh_polyvertadr[polygon]];
             const float* place = m->mesh_vert + 3 * (m->mesh_vertadr[mesh] + vertex);
             const double length = mju_norm3(normal);
+            if (!(length > 0)) return faces_.resize(4 * size_t(size[1])), -1;
             double offset = 0;
             for (int k = 0; k < 3; ++k) {
                 faces_.push_back(normal[k] / length);
