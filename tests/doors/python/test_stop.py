@@ -119,12 +119,14 @@ many = np.broadcast_to(pressure, (3000, side, side)).copy()
 print("running", flush=True)
 try:
     while True:
-        before = skin.save()
+        before, then = skin.save(), skin.time
         if sys.argv[2] == "step": skin.press(pressure[0] * 2, 30.0)
         else: skin.press_frames(many, 0.001)
 except KeyboardInterrupt:
-    whole = skin.save() == before or sys.argv[2] != "step"
-    skin.load(skin.save())
+    frames, again = round((skin.time - then) / 0.001), dermis.Skin(scene, device=sys.argv[1], afferents=fibres)
+    again.load(before)
+    if frames: again.press_frames(many[:frames], 0.001)
+    whole = skin.save() == again.save()  # of frames, so many as the time says
     skin.press(pressure[0], 0.01)
     print("stopped after a whole frame" if whole else "of no frame")
 """
