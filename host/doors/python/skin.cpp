@@ -422,7 +422,9 @@ void bind_skin(nb::module_& m) {
             "list\n"
             "of such tuples, an array with a row for each, or a mask of shape (E,) or (E, P) is some. Pressures, and\n"
             "steps of their own, then have the shape of a[pads] and the axes of maps: (P, height, width) for e.\n"
-            "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
+            "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled; "
+            "others are\n"
+            "refused, as by spike_counts.\n"
             "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, count, height, width).\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.\n"
             "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
@@ -463,7 +465,9 @@ void bind_skin(nb::module_& m) {
              nb::sig("def spike_counts(self, out: dermis._typing.AnyArray | None = None) -> typing.Any"),
              "Return how often each afferent of each pad fired in the last call that pressed, in all of its frames.\n\n"
              "An array of float32 of shape (count, len(fibres)); without a count the first axis is missing.\n"
-             "out: a float32 array of this shape in C order, as a tensor of torch, to be filled; it is returned then.")
+             "out: a float32 array of this shape in C order, as a tensor of torch, to be filled; it is returned then. "
+             "Any\n"
+             "other one is refused, as one that cannot be written: no array of JAX can.")
         .def_prop_ro("fibres", fibres, nb::sig("def fibres(self) -> numpy.typing.NDArray[numpy.str_]"),
                      "The class of each afferent, or nerve fibre, of a pad, as \"sa1\", in an array by their numbers.")
         .def_prop_ro("time", time_of, nb::sig("def time(self) -> typing.Any"),
@@ -478,7 +482,8 @@ void bind_skin(nb::module_& m) {
                  "def save(self, pads: dermis._typing.Pads | None = None, out: dermis._typing.AnyArray | None = None) "
                  "-> typing.Any"),
              "Return the state of pads as bytes, the same on every device. pads: as in press.\n\n"
-             "out: a uint8 array with as many numbers, as a tensor of torch, to be filled; it is returned then.")
+             "out: a uint8 array with as many numbers, to be filled and returned; others are refused, as by "
+             "spike_counts.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
              nb::sig("def load(self, state: dermis._typing.AnyArray, pads: dermis._typing.Pads | None = None) -> None"),
              "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number "
