@@ -39,7 +39,7 @@ template <class Array> bool has_rows(const Array& array) {
 
 void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled, double radius_x, double radius_y) {
     PadOnArray made{.pressure = {}, .spacing = spacing, .tiled = tiled, .radius_x = radius_x, .radius_y = radius_y};
-    if (!nb::try_cast(readable(pressure), made.pressure, false) || !has_rows(made.pressure))
+    if (!nb::try_cast(readable(pressure, true), made.pressure, false) || !has_rows(made.pressure))
         scene::refuse("pressure", description_of(pressure),
                       "float32 array of shape (height, width) in Pa that can be written, its rows one after another");
     new (self) PadOnArray(std::move(made));

@@ -36,12 +36,6 @@ void translate(const std::exception_ptr& thrown, void*) {
     }
 }
 
-std::string type_of(const nb::dlpack::dtype& dtype) {
-    constexpr const char* names[] = {"int", "uint", "float", "other", "bfloat", "complex", "bool"}; // by DLPack's code
-    const std::string name = names[dtype.code < std::size(names) ? dtype.code : 3];
-    return name == "bool" ? name : name + std::to_string(dtype.bits);
-}
-
 // Calls a method, and returns None where that raises an Exception.
 template <class... Arguments> nb::object result_of(const nb::object& method, Arguments&&... arguments) {
     try {
@@ -140,9 +134,10 @@ bool is_row(nb::handle h) {
     return is && !PyUnicode_Check(h.ptr()) && !is_masked(h);
 }
 
-nb::object readable(nb::handle argument) {
+nb::object readable(nb::handle argument, bool to_write) {
     if (is_masked(argument)) return nb::none();
-    const bool has_dlpack = nb::hasattr(argument, "__dlpack__"), has_buffer = PyObject_CheckBuffer(argument.ptr());
+    const bool has_buffer = PyObject_CheckBuffer(argument.ptr()),
+               has_dlpack = !(to_write && has_buffer) && nb::hasattr(argument, "__dlpack__");
     if (has_dlpack)
         if (nb::object capsule = capsule_of(argument); PyCapsule_CheckExact(capsule.ptr())) return capsule;
     if (!has_buffer) return has_dlpack ? nb::none() : nb::borrow(argument);
@@ -156,6 +151,12 @@ std::optional<AnyArray> array_in(nb::handle argument) {
     AnyArray array;
     if (!nb::try_cast(readable(argument), array, false)) return {};
     return array;
+}
+
+std::string type_of(const nb::dlpack::dtype& dtype) {
+    constexpr const char* names[] = {"int", "uint", "float", "other", "bfloat", "complex", "bool"}; // by DLPack's code
+    const std::string name = names[dtype.code < std::size(names) ? dtype.code : 3];
+    return name == "bool" ? name : name + std::to_string(dtype.bits);
 }
 
 std::string shape_text(const std::vector<size_t>& shape) {

@@ -125,8 +125,9 @@ inline View<double> view(const std::vector<double>& numbers, nb::handle owner) {
 
 // Returns what nanobind can safely read an array from. An object with __dlpack__ gives its capsule, which is then used
 // up: a second array from the same capsule would share one owner. A buffer becomes a memoryview: ctypes gives buffers
-// without strides, which nanobind reads unasked. Other objects are returned as they are.
-nb::object readable(nb::handle);
+// without strides, which nanobind reads unasked. Other objects are returned as they are. to_write: a buffer goes before
+// DLPack, because it says whether it can be written to, which DLPack of JAX and of NumPy 1 does not.
+nb::object readable(nb::handle, bool to_write = false);
 
 // Any array in the memory of the CPU, by DLPack or the buffer protocol, to be read; nothing where it is none.
 using AnyArray = nb::ndarray<nb::ro, nb::device::cpu>;
@@ -140,6 +141,7 @@ template <class Array> bool is_dense(const Array& array) {
 }
 // Says what an argument is, as in "strided float64 array of shape (25, 20)", or gives the beginning of its repr.
 std::string description_of(nb::handle);
+std::string type_of(const nb::dlpack::dtype&);            // "float32"
 std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
 
 // allowed: what the message says; empty: any name, and of quantities the classes of receptors.

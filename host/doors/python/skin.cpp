@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <climits>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace dermis::python {
 namespace {
@@ -33,23 +35,47 @@ void warn_of_strain(SkinWithShapes& s) {
     if (PyErr_WarnEx(PyExc_RuntimeWarning, words.c_str(), 1) != 0) nb::raise_python_error();
 }
 
-template <auto press> struct Looking;
-template <class... Given, void (*press)(SkinWithShapes&, Given...)> struct Looking<press> {
-    static void call(SkinWithShapes& s, Given... given) {
-        press(s, given...);
-        warn_of_strain(s);
+// Calls `one` with the place in the list, and the number, of each pad.
+template <class One> void each_of(const Pads& pads, size_t all, One one) {
+    for (size_t i = 0; i < (pads.all ? all : pads.count); ++i) one(i, pads.all ? i : size_t(pads.numbers[i]));
+}
+
+// Presses pads by frames of dt seconds, one for all or one for each pad, and fills arrays. It notes how long they were
+// pressed, also where a signal ends the press after some of the frames.
+template <class Press>
+void press_timed(SkinWithShapes& s, const Pads& pads, const std::vector<double>& dt, size_t frames,
+                 const Outputs& outputs, Press press) {
+    const auto note = [&](double done) {
+        if (const double pressed = std::round(done * double(frames)); pressed > 0)
+            each_of(pads, s.time.size(), [&](size_t i, size_t pad) {
+                s.step[pad] = dt[dt.size() > 1 ? i : 0];
+                s.time[pad] += pressed * s.step[pad];
+            });
+    };
+    {
+        const Computing computing(s.in_use.get());
+        const double outer = std::exchange(s.done, 0); // of a press whose signal's handler calls this one
+        try {
+            press();
+        } catch (...) {
+            note(std::exchange(s.done, outer));
+            throw;
+        }
+        note(1);
+        fill(outputs);
     }
-};
+    warn_of_strain(s);
+}
 
 void press_touch(SkinWithShapes& s, const SharedTouch& shared, nb::handle dt, nb::handle pads, nb::handle out) {
     double step = 0;
     if (!pads.is_none()) scene::refuse("pads", description_of(pads), "None: a Touch presses the pads that it touches");
     if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds, one number for all pads of a Touch");
     const Outputs outputs = outputs_in(s, out);
-    const Computing computing(s.in_use.get());
-    const std::scoped_lock touch(shared.in_use);
-    s.skin->press(shared.touch, step);
-    fill(outputs);
+    press_timed(s, {}, {step}, 1, outputs, [&] {
+        const std::scoped_lock touch(shared.in_use);
+        s.skin->press(shared.touch, step);
+    });
 }
 
 void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out,
@@ -68,22 +94,22 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
     const AnyArray tractions = sheared ? pressure_in(s, traction, numbers, "traction", "2") : AnyArray();
     const auto* along = static_cast<const float*>(sheared ? tractions.data() : nullptr);
     const Outputs outputs = outputs_in(s, out);
-    const Computing computing(s.in_use.get());
-    if (sheared) s.skin->press(data, along, array.size(), steps[0], numbers.pads());
-    else if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
-    else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
-    fill(outputs);
+    press_timed(s, numbers.pads(), steps, 1, outputs, [&] {
+        if (sheared) s.skin->press(data, along, array.size(), steps[0], numbers.pads());
+        else if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
+        else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
+    });
 }
 
 void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads, nb::handle out) {
     const PadNumbers numbers(pads, s.leading);
     const AnyArray array = pressure_in(s, pressure, numbers, "pressure", "frames");
     const Outputs outputs = outputs_in(s, out);
-    const Computing computing(s.in_use.get());
     size_t of_frame = 1;
     for (size_t n : shape_of(s, numbers)) of_frame *= n;
-    s.skin->press_frames(static_cast<const float*>(array.data()), array.shape(0), of_frame, dt, numbers.pads());
-    fill(outputs);
+    press_timed(s, numbers.pads(), {dt}, array.shape(0), outputs, [&] {
+        s.skin->press_frames(static_cast<const float*>(array.data()), array.shape(0), of_frame, dt, numbers.pads());
+    });
 }
 
 void press_cells(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads) {
@@ -91,8 +117,9 @@ void press_cells(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle p
     const std::optional<AnyArray> array = array_in(pressure);
     if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array))
         scene::refuse("pressure", description_of(pressure), "float32 array in C order, a number for each of cells");
-    const Computing computing(s.in_use.get());
-    s.skin->press_cells(static_cast<const float*>(array->data()), array->size(), dt, numbers.pads());
+    press_timed(s, numbers.pads(), {dt}, 1, {}, [&] {
+        s.skin->press_cells(static_cast<const float*>(array->data()), array->size(), dt, numbers.pads());
+    });
 }
 
 View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
@@ -106,31 +133,89 @@ View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
     return view(response.data, shape_of(s, response), self);
 }
 
-// A copy, because a press may move the skin's own spikes. Its bytes are rows of _arrays.SPIKE.
+// A row of _arrays.SPIKE.
+struct TimedSpike {
+    Spike spike;
+    double time; // s, from the beginning of the call
+};
+
+// A copy, because a press may move the skin's own spikes.
 nb::bytearray spikes_of(const SkinWithShapes& s) {
     static_assert(sizeof(Spike) == 16 && offsetof(Spike, pad) == 0 && offsetof(Spike, afferent) == 4 &&
-                  offsetof(Spike, frame) == 8 && offsetof(Spike, share) == 12);
-    std::vector<Spike> spikes;
+                  offsetof(Spike, frame) == 8 && offsetof(Spike, share) == 12 && sizeof(TimedSpike) == 24);
+    std::vector<TimedSpike> spikes;
     {
         const Computing computing(s.in_use.get());
-        const Skin::Spikes last = s.skin->spikes();
-        spikes.assign(last.begin(), last.end());
+        spikes.reserve(s.skin->spikes().size);
+        for (const Spike& spike : s.skin->spikes())
+            spikes.push_back({spike, (spike.frame + double(spike.share)) * s.step[size_t(spike.pad)]});
     }
-    return nb::bytearray(spikes.data(), spikes.size() * sizeof(Spike));
+    return nb::bytearray(spikes.data(), spikes.size() * sizeof(TimedSpike));
 }
 
-nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
+// The class of each afferent of a pad, by its number.
+std::vector<const char*> classes_of(const SkinWithShapes& s) {
+    std::vector<const char*> classes;
+    for (const Afferents& a : s.options.afferents) {
+        const auto sites = std::ranges::count(s.scene.sites, a.type, &Site::type); // each with an afferent
+        const size_t afferents = a.cells.empty() ? size_t(sites) : a.cells.size() / size_t(a.endings);
+        classes.insert(classes.end(), afferents, name(a.type));
+    }
+    return classes;
+}
+
+nb::object fibres(const SkinWithShapes& s) {
+    nb::list names;
+    for (const char* one : classes_of(s)) names.append(one);
+    return nb::module_::import_("numpy").attr("array")(names, "U3");
+}
+
+nb::object zeros(const std::vector<size_t>& shape, const char* type) {
+    return nb::module_::import_("numpy").attr("zeros")(shape, type);
+}
+
+nb::object spike_counts(const SkinWithShapes& s, nb::handle out) {
+    std::vector<size_t> shape(s.leading.begin(), s.leading.end());
+    const size_t of_pad = classes_of(s).size();
+    shape.push_back(of_pad);
+    nb::object filled = out.is_none() ? zeros(shape, "float32") : nb::borrow(out);
+    const Output<float> counts = output_in<float>(filled, shape);
+    const Computing computing(s.in_use.get());
+    std::fill_n(counts.data(), counts.size(), 0.0f);
+    for (const Spike& spike : s.skin->spikes()) ++counts.data()[size_t(spike.pad) * of_pad + size_t(spike.afferent)];
+    return filled;
+}
+
+nb::object time_of(const SkinWithShapes& s) {
+    const std::vector<size_t> shape =
+        s.leading.empty() ? std::vector<size_t>{1} : std::vector<size_t>(s.leading.begin(), s.leading.end());
+    nb::object filled = zeros(shape, "float64");
+    const Output<double> seconds = output_in<double>(filled, shape);
+    {
+        const Computing computing(s.in_use.get());
+        std::ranges::copy(s.time, seconds.data());
+    }
+    return s.leading.empty() ? nb::object(filled[0]) : filled;
+}
+
+nb::object save(const SkinWithShapes& s, nb::handle pads, nb::handle out) {
     const PadNumbers numbers(pads, s.leading);
     size_t size = 0;
     {
         const Computing computing(s.in_use.get());
         size = s.skin->state_bytes(numbers.pads());
     }
-    nb::bytes bytes(nullptr, size);
-    char* state = PyBytes_AsString(bytes.ptr());
+    nb::object filled = out.is_none() ? nb::object(nb::bytes(nullptr, size)) : nb::borrow(out);
+    const Output<uint8_t> array = out.is_none() ? Output<uint8_t>() : output_in<uint8_t>(out, {size});
+    void* state = array.is_valid() ? array.data() : static_cast<void*>(PyBytes_AsString(filled.ptr()));
     const Computing computing(s.in_use.get());
     s.skin->save(state, size, numbers.pads());
-    return bytes;
+    return filled;
+}
+
+// Lets the time of pads begin anew. The skin is in use.
+void forget_time(SkinWithShapes& s, const Pads& pads) {
+    each_of(pads, s.time.size(), [&](size_t, size_t pad) { s.time[pad] = 0; });
 }
 
 void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
@@ -140,12 +225,14 @@ void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
         scene::refuse("state", description_of(state), "bytes, as Skin.save has returned them");
     const Computing computing(s.in_use.get());
     s.skin->load(bytes->data(), bytes->nbytes(), numbers.pads());
+    forget_time(s, numbers.pads());
 }
 
 void reset(SkinWithShapes& s, nb::handle pads) {
     const PadNumbers numbers(pads, s.leading);
     const Computing computing(s.in_use.get());
     s.skin->reset(numbers.pads());
+    forget_time(s, numbers.pads());
 }
 
 // Gives pads a material, and remembers it. The skin is in use.
@@ -153,8 +240,7 @@ void take(SkinWithShapes& s, const Material& material, const Pads& pads) {
     s.skin->set_material(material, pads);
     std::vector<Material>& materials = s.options.materials;
     if (materials.empty()) return scene::take_elements(s.scene.material, material);
-    for (size_t i = 0; i < (pads.all ? materials.size() : pads.count); ++i)
-        materials[size_t(pads.all ? int(i) : pads.numbers[i])] = material;
+    each_of(pads, materials.size(), [&](size_t, size_t pad) { materials[pad] = material; });
 }
 
 // The number of a material that a name of the package means, as "material.elements[1].modulus".
@@ -223,19 +309,23 @@ Report report_of(const SkinWithShapes& s, nb::handle pad) {
 }
 
 void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int>& leading, const Scene& scene,
-             const SkinOptions& options, const std::string& state = {}) {
+             const SkinOptions& options, const std::string& state = {}, std::vector<double> time = {}) {
     need_memory(scene, options);
     const std::shared_ptr<std::recursive_mutex> in_use =
         on.in_use() ? std::shared_ptr<std::recursive_mutex>(on.open, on.in_use())
                     : std::make_shared<std::recursive_mutex>();
     const Computing computing(in_use.get());
     SkinOptions stoppable = options;
-    stoppable.progress = let_signals_act;
+    stoppable.progress = [self](double done) {
+        self->done = done;
+        let_signals_act(done);
+    };
     Skin skin(on.device(), scene, stoppable);
+    time.resize(size_t(skin.count()));
     if (!state.empty()) skin.load(state.data(), state.size());
     new (self) SkinWithShapes{// last: what is thrown after it would leave an object that nobody destroys
-                              .in_use = in_use, .device = on,       .leading = leading,
-                              .scene = scene,   .options = options, .skin = std::move(skin)};
+                              .in_use = in_use,   .device = on, .leading = leading,     .scene = scene,
+                              .options = options, .time = time, .skin = std::move(skin)};
 }
 
 // The lengths of the axes of pads.
@@ -293,7 +383,7 @@ void write(Writer& writer, const SkinWithShapes& s) {
     std::string state(s.skin->state_bytes(), '\0');
     s.skin->save(state.data(), state.size());
     write(writer, s.device);
-    writer(s.leading, s.scene, s.options, state);
+    writer(s.leading, s.scene, s.options, s.time, state);
 }
 
 void make(SkinWithShapes* self, Reader& reader) {
@@ -302,8 +392,9 @@ void make(SkinWithShapes* self, Reader& reader) {
     std::vector<int> leading;
     Scene scene;
     SkinOptions options;
-    reader(leading, scene, options, state);
-    make_on(self, device, leading, scene, options, state);
+    std::vector<double> time;
+    reader(leading, scene, options, time, state);
+    make_on(self, device, leading, scene, options, state, time);
 }
 
 void bind_skin(nb::module_& m) {
@@ -313,9 +404,8 @@ void bind_skin(nb::module_& m) {
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
              nb::arg("control"), nb::arg("afferents").none(), nb::arg("shear"), nb::arg("sa2_stretch").none())
         .def(
-            "press", Looking<press>::call, nb::arg("pressure").none(), nb::arg("dt"),
-            nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
-            nb::arg("traction").none() = nb::none(),
+            "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
+            nb::arg("out").none() = nb::none(), nb::arg("traction").none() = nb::none(),
             nb::sig("def press(self, pressure: dermis._typing.AnyArray | Touch, dt: dermis._typing.Numbers, "
                     "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None, "
                     "traction: dermis._typing.AnyArray | None = None) -> None"),
@@ -332,7 +422,9 @@ void bind_skin(nb::module_& m) {
             "list\n"
             "of such tuples, an array with a row for each, or a mask of shape (E,) or (E, P) is some. Pressures, and\n"
             "steps of their own, then have the shape of a[pads] and the axes of maps: (P, height, width) for e.\n"
-            "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
+            "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled; "
+            "others are\n"
+            "refused, as by spike_counts.\n"
             "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, count, height, width).\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.\n"
             "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
@@ -341,15 +433,14 @@ void bind_skin(nb::module_& m) {
             "A strain beyond 1, which skin does not have, is a RuntimeWarning, once. It is looked for ever more "
             "rarely:\n"
             "each time after a quarter more presses.")
-        .def("press_frames", Looking<press_frames>::call, nb::arg("pressure").none(), nb::arg("dt"),
+        .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
              nb::sig("def press_frames(self, pressure: dermis._typing.AnyArray, dt: float, "
                      "pads: dermis._typing.Pads | None = None, out: dermis._typing.Outputs | None = None) -> None"),
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
              "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
              "All frames are checked before one is pressed. pads and out: as in press.")
-        .def("press_cells", Looking<press_cells>::call, nb::arg("pressure").none(), nb::arg("dt"),
-             nb::arg("pads").none() = nb::none(),
+        .def("press_cells", press_cells, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
              nb::sig("def press_cells(self, pressure: dermis._typing.AnyArray, dt: float, "
                      "pads: dermis._typing.Pads | None = None) -> None"),
              "Press the skin with the pressures of cells alone, float32, for each pad that is pressed.\n\n"
@@ -370,12 +461,29 @@ void bind_skin(nb::module_& m) {
              "sites of all sites in the order given. So are, with shear, \"shear_x\", \"shear_y\",\n"
              "\"stretch_x\", \"stretch_y\" and \"stretch_xy\", the strain of the surface.")
         .def("_spike_bytes", spikes_of, "As spikes, in bytes.")
+        .def("spike_counts", spike_counts, nb::arg("out").none() = nb::none(),
+             nb::sig("def spike_counts(self, out: dermis._typing.AnyArray | None = None) -> typing.Any"),
+             "Return how often each afferent of each pad fired in the last call that pressed, in all of its frames.\n\n"
+             "An array of float32 of shape (count, len(fibres)); without a count the first axis is missing.\n"
+             "out: a float32 array of this shape in C order, as a tensor of torch, to be filled; it is returned then. "
+             "Any\n"
+             "other one is refused, as one that cannot be written: no array of JAX can.")
+        .def_prop_ro("fibres", fibres, nb::sig("def fibres(self) -> numpy.typing.NDArray[numpy.str_]"),
+                     "The class of each afferent, or nerve fibre, of a pad, as \"sa1\", in an array by their numbers.")
+        .def_prop_ro("time", time_of, nb::sig("def time(self) -> typing.Any"),
+                     "How long each pad has been pressed, s, since it was made, reset or loaded: a copy, float64 of\n"
+                     "shape (count,); without a count one number. States have no time; what copy and pickle make goes "
+                     "on\nfrom it.")
         .def("reset", reset, nb::arg("pads").none() = nb::none(),
              nb::sig("def reset(self, pads: dermis._typing.Pads | None = None) -> None"),
              "Bring pads back to rest. pads: as in press.")
-        .def("save", save, nb::arg("pads").none() = nb::none(),
-             nb::sig("def save(self, pads: dermis._typing.Pads | None = None) -> bytes"),
-             "Return the state of pads as bytes, the same on every device. pads: as in press.")
+        .def("save", save, nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
+             nb::sig(
+                 "def save(self, pads: dermis._typing.Pads | None = None, out: dermis._typing.AnyArray | None = None) "
+                 "-> typing.Any"),
+             "Return the state of pads as bytes, the same on every device. pads: as in press.\n\n"
+             "out: a uint8 array with as many numbers, to be filled and returned; others are refused, as by "
+             "spike_counts.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
              nb::sig("def load(self, state: dermis._typing.AnyArray, pads: dermis._typing.Pads | None = None) -> None"),
              "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number "

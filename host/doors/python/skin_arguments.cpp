@@ -71,12 +71,11 @@ Skin::Response response_of(const SkinWithShapes& s, nb::handle named, const std:
     scene::refuse("response", description_of(named), allowed);
 }
 
-[[noreturn]] static void refuse_output(nb::handle argument, const std::vector<size_t>& shape) {
+void refuse_output(nb::handle argument, nb::dlpack::dtype type, const std::vector<size_t>& shape) {
     const std::optional<AnyArray> array = array_in(argument);
-    const bool read_only =
-        array && array->dtype() == nb::dtype<float>() && is_dense(*array) && has_shape(*array, shape);
+    const bool read_only = array && array->dtype() == type && is_dense(*array) && has_shape(*array, shape);
     scene::refuse("out", (read_only ? "read-only " : "") + description_of(argument),
-                  "float32 array in C order that can be written, of shape " + shape_text(shape));
+                  type_of(type) + " array in C order that can be written, of shape " + shape_text(shape));
 }
 
 Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
@@ -85,11 +84,8 @@ Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
     if (!PyDict_Check(out.ptr()))
         scene::refuse("out", description_of(out), "a dict of arrays by the names of responses");
     for (const auto& [named, argument] : nb::borrow<nb::dict>(out)) {
-        auto& [response, array] =
-            outputs.emplace_back(response_of(s, named, responses_of(s)), nb::ndarray<float, nb::device::cpu>());
-        if (!nb::try_cast(readable(argument), array, false) || !is_dense(array) ||
-            !has_shape(array, shape_of(s, response)))
-            refuse_output(argument, shape_of(s, response));
+        const Skin::Response response = response_of(s, named, responses_of(s));
+        outputs.emplace_back(response, output_in<float>(argument, shape_of(s, response)));
     }
     return outputs;
 }

@@ -14,7 +14,10 @@ struct SkinWithShapes {
     std::vector<int> leading; // lengths of the axes of pads; empty: arrays have none
     Scene scene;
     SkinOptions options;
+    std::vector<double> time;                                    // of each pad, s: how long it has been pressed
+    std::vector<double> step = std::vector<double>(time.size()); // and its step in the last call that pressed it
     std::optional<Skin> skin;          // never empty before the destructor, which uses a Vulkan device too
+    double done = 0;                   // the fraction of a call's frames that had been pressed when it last looked
     size_t presses = 0, next_look = 0; // calls that pressed; the one after which strains are looked at
 
     ~SkinWithShapes() {
@@ -112,8 +115,17 @@ std::vector<Quantity> responses_of(const SkinWithShapes&);
 // Returns the response of that name. It must be one of these, which the skin has.
 Skin::Response response_of(const SkinWithShapes&, nb::handle named, const std::vector<Quantity>& these);
 
+// An array of the caller's to be filled, in C order and of this shape. Throws Error::bad_input for any other one.
+template <class Number> using Output = nb::ndarray<Number, nb::device::cpu>;
+[[noreturn]] void refuse_output(nb::handle argument, nb::dlpack::dtype, const std::vector<size_t>& shape);
+template <class Number> Output<Number> output_in(nb::handle argument, const std::vector<size_t>& shape) {
+    Output<Number> array;
+    if (!nb::try_cast(readable(argument, true), array, false) || !is_dense(array) || !has_shape(array, shape))
+        refuse_output(argument, nb::dtype<Number>(), shape);
+    return array;
+}
 // Arrays to be filled with responses.
-using Outputs = std::vector<std::pair<Skin::Response, nb::ndarray<float, nb::device::cpu>>>;
+using Outputs = std::vector<std::pair<Skin::Response, Output<float>>>;
 Outputs outputs_in(const SkinWithShapes&, nb::handle out);
 void fill(const Outputs&);
 

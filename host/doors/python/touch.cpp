@@ -30,6 +30,7 @@ bool has_groups(const AnyArray& array, const std::vector<size_t>& group) {
 // NumPy's copy of numbers of a kind, "f" or "i", in C order and of another type, lists among them. Other things stay.
 nb::object converted(nb::handle argument, string_view kinds, const char* type) {
     try {
+        if (is_masked(argument)) return nb::none();
         const nb::object numpy = nb::module_::import_("numpy"), array = numpy.attr("asarray")(argument);
         if (kinds.find(nb::cast<std::string>(array.attr("dtype").attr("kind"))) == kinds.npos)
             return nb::borrow(argument);
@@ -189,9 +190,8 @@ contact::ContactReport add_images(SharedTouch& shared, nb::handle depth, nb::han
     Touch& touch = shared.touch;
     const contact::Pad& pad = touch.shape();
     const size_t cells = size_t(pad.width) * size_t(pad.height);
-    nb::object kept = converted(depth, "f", "float32");
     nb::ndarray<nb::ro, float, nb::c_contig, nb::device::cpu> images;
-    const bool fits = nb::try_cast(kept, images) && images.ndim() >= 2 &&
+    const bool fits = nb::try_cast(readable(converted(depth, "fiu", "float32")), images, false) && images.ndim() >= 2 &&
                       images.shape(images.ndim() - 1) == size_t(pad.width) &&
                       images.shape(images.ndim() - 2) == size_t(pad.height);
     if (!fits || images.size() != size_t(touch.count()) * cells)
@@ -262,7 +262,8 @@ void bind_touch(nb::module_& m) {
             "Take away what the last call added, press each pad by a depth image, and return the report of all "
             "pads.\n\n"
             "depth: m, of shape (.., height, width), one image for each pad; deeper is greater. float32 is read in "
-            "place.\n"
+            "place,\n"
+            "other numbers and lists are converted.\n"
             "force: N, (.., 3), the force on each pad in its own frame, of which -z presses.\n"
             "gaps: whether a depth below 0 is a gap, as rays give it. False: images stop at 0 where nothing "
             "penetrates,\n"

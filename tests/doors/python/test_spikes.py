@@ -53,7 +53,7 @@ def test_a_fibre_whose_input_is_held_fires_at_the_rate_of_the_closed_form():
         skin.press(held, dt)
         spikes = skin.spikes()
         assert set(spikes["pad"]) <= {0} and set(spikes["frame"]) <= {0}
-        times += list(n * dt - (1 - spikes["share"][spikes["afferent"] == 1].astype(float)) * dt)
+        times += list((n - 1) * dt + spikes["time"][spikes["afferent"] == 1])
     period = REFRACTORY + MEMBRANE * np.log(CURRENT / (CURRENT - 1))
     settled = np.array(times)[np.array(times) > 0.05]
     assert len(settled) == pytest.approx(0.35 / period, abs=1)
@@ -62,7 +62,7 @@ def test_a_fibre_whose_input_is_held_fires_at_the_rate_of_the_closed_form():
 
 def test_spikes_are_an_array_of_their_own():
     skin = skin_of()
-    fields = [("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32)]
+    fields = [("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32), ("time", np.float64)]
     assert skin.spikes().shape == (0,) and skin.spikes().dtype == np.dtype(fields)
     skin.press_frames(np.ones((50, 25, 20), np.float32), 0.004)
     spikes = skin.spikes()
@@ -85,7 +85,11 @@ def test_frames_pressed_at_once_give_the_spikes_of_presses():
         one_by_one.press(frame, 0.003)
         parts.append(one_by_one.spikes())
         parts[-1]["frame"] += n
-    assert len(at_once.spikes()) > 20 and np.concatenate(parts).tobytes() == at_once.spikes().tobytes()
+        parts[-1]["time"] += n * 0.003
+    spikes, joined = at_once.spikes(), np.concatenate(parts)
+    np.testing.assert_allclose(joined["time"], spikes["time"], rtol=1e-12)
+    joined["time"] = spikes["time"]
+    assert len(spikes) > 20 and joined.tobytes() == spikes.tobytes()
 
 
 def test_pads_have_the_spikes_of_skins_alone_and_are_counted_from_row_to_row():

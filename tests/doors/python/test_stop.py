@@ -107,7 +107,11 @@ import signal, sys
 import dermis
 import numpy as np
 
-signal.signal(signal.SIGINT, signal.default_int_handler)
+def stop(*_):
+    try: skin.press(pressure[0], -1.0)  # is refused, and the time of the press that is stopped stays right
+    except dermis.Error: raise KeyboardInterrupt
+
+signal.signal(signal.SIGINT, stop)
 side = 64
 scene = {"preset": "fingertip", "grid": {"width": side, "height": side, "spacing": 5e-4}}
 cells = [(i % side, i // side) for i in range(side * side)]
@@ -119,12 +123,14 @@ many = np.broadcast_to(pressure, (3000, side, side)).copy()
 print("running", flush=True)
 try:
     while True:
-        before = skin.save()
+        before, then = skin.save(), skin.time
         if sys.argv[2] == "step": skin.press(pressure[0] * 2, 30.0)
         else: skin.press_frames(many, 0.001)
 except KeyboardInterrupt:
-    whole = skin.save() == before or sys.argv[2] != "step"
-    skin.load(skin.save())
+    frames, again = round((skin.time - then) / 0.001), dermis.Skin(scene, device=sys.argv[1], afferents=fibres)
+    again.load(before)
+    if frames: again.press_frames(many[:frames], 0.001)
+    whole = skin.save() == again.save()  # of frames, so many as the time says
     skin.press(pressure[0], 0.01)
     print("stopped after a whole frame" if whole else "of no frame")
 """

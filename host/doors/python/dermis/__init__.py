@@ -171,8 +171,8 @@ class Skin(_core.Skin):
     scene's sa2_adaptation; (0, 0): to the stretch all round. Needs shear.
     n: the name of count until 1.0.
 
-    copy.copy and pickle make another skin with the same state; its responses are 0, and it has no spikes, until it is
-    pressed.
+    copy.copy and pickle make another skin with the same state and time; its responses are 0, and it has no spikes, until
+    it is pressed.
     """
 
     @answered
@@ -199,8 +199,9 @@ class Skin(_core.Skin):
 
         Fields: pad, of count = (E, P) the number e*P + p, from which np.unravel_index makes (e, p); afferent, its number, from 0 on;
         frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the afferent fired at this share of
-        the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
-        by afferent, by time. Empty without afferents and before the first press.
+        the step, which is (1 - share)*dt seconds before the step ended; and time (float64), s from the beginning of the
+        call, which is (frame + share)*dt. Sorted by frame, by pad in the order pressed, by afferent, by time. Empty
+        without afferents and before the first press.
         """
         return np.frombuffer(self._spike_bytes(), SPIKE)
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from ._core import refuse
 
-# dermis::Spike
-SPIKE = np.dtype([("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32)])
+# dermis::Spike, and when it was
+SPIKE = np.dtype([("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32),
+                  ("time", np.float64)])
 # dermis::FiredSpike
 FIRED = np.dtype([("time", np.float64), ("afferent", np.int32)])
 
