@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <dlfcn.h>
 
 namespace dermis::vulkan {
 namespace {
@@ -68,16 +67,10 @@ void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, DeviceTable&
 }
 
 Loader system_loader() {
-    Loader loader;
-    // The library is never closed, because a loader must outlive its drivers' threads.
-    void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-    if (!library) {
-        loader.missing = "no Vulkan loader (libvulkan.so.1 is not installed)";
-        return loader;
-    }
-    loader.get = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(library, "vkGetInstanceProcAddr"));
-    if (!loader.get) loader.missing = "libvulkan.so.1 has no vkGetInstanceProcAddr: not a Vulkan loader";
-    return loader;
+    const std::lock_guard lock(volk_mutex());
+    // volk knows the library's name on each system, and never closes it: a loader must outlive its drivers' threads.
+    if (volkInitialize() != VK_SUCCESS) return {nullptr, "no Vulkan loader (libvulkan.so.1 is not installed)"};
+    return {vkGetInstanceProcAddr, {}};
 }
 
 Instance::Instance(const InstanceOptions& options, PFN_vkGetInstanceProcAddr get) : options_(options), get_(get) {}

@@ -96,7 +96,7 @@ Leftover::~Leftover() {
 void remove_leftovers_on_signals() {
     const int none_ended[] = {SIGKILL, SIGSTOP, SIGCHLD, SIGCONT, SIGURG, SIGWINCH, SIGTSTP, SIGTTIN, SIGTTOU};
     const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS, SIGABRT};
-    for (int signal = 1; signal <= SIGRTMAX; ++signal) {
+    for (int signal = 1; signal < NSIG; ++signal) {
         struct sigaction action = {};
         if (std::ranges::count(none_ended, signal) || ::sigaction(signal, nullptr, &action) != 0) continue;
         if ((action.sa_flags & SA_SIGINFO) || action.sa_handler != SIG_DFL) continue;
