@@ -206,12 +206,8 @@ int run_scene(const Arguments& a) {
     }
     if (a.resume) fmt::print("{} of {} runs were done before\n", done.before, plan.runs.size());
     const bool traced = scene.sites.empty() || !scene.output.traces.empty();
-    fmt::print("open first: {}\nnext: dermis plot {}\n",
-               (out / (several  ? "runs.csv"
-                       : traced ? "traces.csv"
-                                : "receptors.csv"))
-                   .string(),
-               a.out);
+    const char* first = several ? "runs.csv" : traced ? "traces.csv" : "receptors.csv";
+    fmt::print("open first: {}\nnext: dermis plot {}\n", (out / first).string(), a.out);
     return done.right ? 0 : 1;
 }
 

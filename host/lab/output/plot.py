@@ -55,7 +55,7 @@ class Run:
     # Velocity and repeat of what slides, along x and y, in m or cells; a repeat of None or infinity: there is none.
     pattern: Sequence[Sequence[float | None]] | None  # None: nothing slides
     loads: list[Mapping[str, Any]]  # keys of each table [load]; empty: not known
-    error: float | None  # the bound on the error; None: not known
+    error: float  # the bound on the error; NaN: not known
     facts: dict[str, str]
     warnings: list[str] = dataclasses.field(default_factory=list)
     scene: str = ""  # the text of the scene; empty: not known
@@ -110,9 +110,8 @@ def run_in(folder: Path) -> Run:
         fibres = [(row["class"], float(row["x"]), float(row["y"])) for row in _read(folder / "afferents.csv")]
     plan, grid, moving = summary["plan"], summary["grid"], summary.get("pattern")  # earlier versions have none
     facts = {"grid": f"{grid['width']} x {grid['height']} cells", "time of stepping": f"{summary['seconds']:.3g} s",
-             "computed as": f"{plan['model']}, {plan['method']}, in {plan['precision']}, {summary['steps']} steps, on "
-                            f"{summary['device']['name']}",
-             "version": f"{summary['version']}, commit {summary['commit']}"}
+             "computed by": f"{plan['model']}, {plan['method']}, {plan['precision']}, {summary['steps']} steps",
+             "device": summary["device"]["name"], "version": f"{summary['version']}, commit {summary['commit']}"}
     facts |= {"set": " ".join(summary["set"])} if summary["set"] else {}
     return Run(title=folder.name, width=grid["width"], height=grid["height"], spacing=grid["spacing"],
                time=columns.pop("time"), columns=columns,
@@ -120,7 +119,7 @@ def run_in(folder: Path) -> Run:
                          for row in _read(folder / "impulses.csv")],
                fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres,
                pattern=moving and (moving["velocity"], moving["repeat"]), loads=summary.get("loads", []),
-               error=plan["predicted_error"], facts=facts, warnings=summary["warnings"], scene=summary["scene"])
+               error=np.float64(plan["predicted_error"]), facts=facts, warnings=summary["warnings"], scene=summary["scene"])
 
 
 def run_of(result: Any) -> Run:
@@ -138,14 +137,13 @@ def run_of(result: Any) -> Run:
         middles = cells if a.radius else cells.reshape(-1, a.endings, 2).mean(axis=1)
         fibres += [(a.type, x, y) for x, y in middles]
     facts = {"grid": f"{scene.width} x {scene.height} cells", "time of stepping": f"{result.seconds:.3g} s",
-             "computed as": f"{result.model} in {result.precision}, {result.steps} steps, on {result.device.name}"}
-    loads = scene.load if isinstance(scene.load, list) else [scene.load]
-    error = None if np.isnan(result.predicted_error) else result.predicted_error
+             "computed by": f"{result.model}, {result.precision}, {result.steps} steps", "device": result.device.name}
     return Run(title="dermis", width=scene.width, height=scene.height, spacing=scene.spacing, time=result.time,
                columns=columns,
                impulses=[(i.time, i.quantity, i.mean) for i in result.impulses], fields=dict(result.fields),
                receptors=scene.sites, responses=result.responses, spikes=result.spikes, fibres=fibres,
-               pattern=scene._moving_pattern, loads=[vars(load) for load in loads], error=error, facts=facts)
+               pattern=scene._moving_pattern, error=result.predicted_error, facts=facts,
+               loads=[vars(load) for load in (scene.load if isinstance(scene.load, list) else [scene.load])])
 
 
 def _pressed(load: Mapping[str, Any]) -> str:
@@ -161,15 +159,16 @@ def _greatest(run: Run) -> Iterable[str]:
         values = [column for of, column in run.columns.items() if of.startswith(f"{name}_")]
         values += [run.responses[:, i] for i, site in enumerate(run.receptors) if site[0] == name]
         if values and len(run.time):
-            of, at = np.unravel_index(np.abs(values).argmax(), np.shape(values))
-            yield f"{label} {values[of][at]:.4g}{f' {unit}' if unit != '1' else ''} at {run.time[at]:.4g} s"
+            most = max(values, key=lambda column: np.abs(column).max())
+            at = int(np.abs(most).argmax())
+            yield f"{label} {most[at]:.4g}{f' {unit}' if unit != '1' else ''} at {run.time[at]:.4g} s"
 
 
 def head(run: Run) -> dict[str, str]:
     """Return what a page begins with, by name."""
     first = {"pressed": "; ".join(map(_pressed, run.loads)), "greatest responses": ", ".join(_greatest(run)),
              "spikes": f"{len(run.spikes)}, of {len(run.fibres)} afferents" if run.fibres else "",
-             "error at most": f"{run.error:.2g}" if run.error is not None else "not asked for: dermis plan says it"}
+             "error at most": "not asked for: dermis plan says it" if np.isnan(run.error) else f"{run.error:.2g}"}
     return {name: text for name, text in first.items() if text} | run.facts
 
 
@@ -210,8 +209,7 @@ def _draw_impulses(panel: Axes, impulses: list[tuple[float, float]], unit: str) 
         panel.annotate("", xy=(time, reach * weight / greatest), xytext=(time, 0),
                        arrowprops={"arrowstyle": "->", "color": "black"})
         if len(impulses) <= MOST_LINES:
-            panel.annotate(f" {weight:.3g} {unit}", xy=(time, 0.9 * reach * weight / greatest), fontsize=8,
-                           va="center")
+            panel.annotate(f" {weight:.3g} {unit}", xy=(time, 0.9 * reach * weight / greatest), fontsize=8, va="center")
     panel.set_ylim(min(low, -reach * any(w < 0 for _, w in impulses) / 0.9), max(high, low))
 
 
@@ -288,14 +286,14 @@ def skin(run: Run) -> Figure | None:
     for load in run.loads:
         x, y = (cell * (at + 0.5) for at in load["center"] or (run.width // 2, run.height // 2))
         radius = cell * (load["radius"] or max(1, min(run.width, run.height) // 4))
-        if load["kind"] in ("circular", "point", "punch"):
-            panel.add_patch(Ellipse((x, y), 2 * radius, 2 * (cell * (load["radius_y"] or 0) or radius), color="0.85"))
-        elif load["kind"] == "linear":
+        if load["kind"] == "linear":
             panel.axhspan(y - radius, y + radius, color="0.85")
+        elif load["kind"] in ("circular", "point", "punch"):
+            panel.add_patch(Ellipse((x, y), 2 * radius, 2 * (cell * (load["radius_y"] or 0) or radius), color="0.85"))
     for kind, colour in CLASSES.items():
         if own := [place for of, *place in run.fibres or run.receptors if of == kind]:
-            panel.plot(*(cell * (np.transpose(own) + 0.5)), "o", color=colour, markersize=3,
-                       label=f"{len(own)} {kind.upper()}")
+            x, y = cell * (np.transpose(own) + 0.5)
+            panel.plot(x, y, "o", color=colour, markersize=3, label=f"{len(own)} {kind.upper()}")
             _legend(panel, 4)
     panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2], ylim=_extent(run)[2:])
     return figure

@@ -7,6 +7,7 @@ import pathlib
 import pickle
 import pydoc
 import re
+import struct
 import subprocess
 import sys
 
@@ -79,6 +80,14 @@ def test_the_python_of_the_front_page_draws_a_report(tmp_path):
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "MPLBACKEND": "agg"}, check=True)
     assert (tmp_path / "touch/maps.png").read_bytes().startswith(b"\x89PNG")
     assert "circular load of 20,000 Pa, envelope ramp" in (tmp_path / "touch/report.html").read_text()
+
+
+def test_the_picture_of_the_front_page_is_drawn_by_its_script_and_is_low(tmp_path):
+    script = TOP / "host/examples/hero.py"
+    subprocess.run([sys.executable, script, tmp_path / "hero.png"], check=True)
+    for picture in (tmp_path / "hero.png", TOP / "host/examples/hero.png"):
+        width, height = struct.unpack(">II", picture.read_bytes()[16:24])
+        assert 1000 * height <= 400 * width
 
 
 def test_the_tutorial_prints_what_stands_beside_it():
