@@ -168,7 +168,7 @@ def head(run: Run) -> dict[str, str]:
     """Return what a page begins with, by name."""
     first = {"pressed": "; ".join(map(_pressed, run.loads)), "greatest responses": ", ".join(_greatest(run)),
              "spikes": f"{len(run.spikes)}, of {len(run.fibres)} afferents" if run.fibres else "",
-             "error at most": "not asked for: dermis plan says it" if np.isnan(run.error) else f"{run.error:.2g}"}
+             "error at most": "not computed: dermis plan bounds it" if np.isnan(run.error) else f"{run.error:.2g}"}
     return {name: text for name, text in first.items() if text} | run.facts
 
 
