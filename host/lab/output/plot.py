@@ -71,6 +71,10 @@ class Run:
         """Return the unit of lengths along the skin, and how long a cell is."""
         return ("mm", 1e3 * self.spacing) if self.spacing else ("cells", 1.0)
 
+    def extent(self) -> tuple[float, float, float, float]:
+        """Return from where to where the skin goes along x and y, in the unit of lengths."""
+        return 0, self.length()[1] * self.width, 0, self.length()[1] * self.height
+
 
 def _read(path: Path, reader: Callable[[Any], Any] = lambda file: list(csv.DictReader(file)), mode: str = "r") -> Any:
     """Return what the reader makes of a file: by default the rows of a CSV file. Errors name the file."""
@@ -118,8 +122,8 @@ def run_in(folder: Path) -> Run:
                impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
                          for row in _read(folder / "impulses.csv")],
                fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres,
-               pattern=moving and (moving["velocity"], moving["repeat"]), loads=summary.get("loads", []),
-               error=np.float64(plan["predicted_error"]), facts=facts, warnings=summary["warnings"], scene=summary["scene"])
+               pattern=moving and (moving["velocity"], moving["repeat"]), loads=summary.get("loads", []), facts=facts,
+               error=np.float64(plan["predicted_error"]), warnings=summary["warnings"], scene=summary["scene"])
 
 
 def run_of(result: Any) -> Run:
@@ -172,14 +176,15 @@ def head(run: Run) -> dict[str, str]:
     return {name: text for name, text in first.items() if text} | run.facts
 
 
-def _figure(rows: int, columns: int, width: float, height: float, narrow: bool = False, **options: Any) -> tuple[Figure, Any]:
+def _figure(rows: int, columns: int, width: float, height: float, narrow: bool = False,
+            **more: Any) -> tuple[Figure, Any]:
     """Return a figure of a size in inches and its panels. narrow: for a phone, the panels of a row below each other."""
     if not narrow:
         figure = Figure(figsize=(width, height), layout="constrained")
-        return figure, figure.subplots(rows, columns, squeeze=False, **options)
+        return figure, figure.subplots(rows, columns, squeeze=False, **more)
     figure = Figure(figsize=(4.2, height * columns), layout="constrained")
-    options.pop("width_ratios", None)
-    return figure, figure.subplots(rows * columns, 1, squeeze=False, **options).reshape(rows, columns)
+    more.pop("width_ratios", None)
+    return figure, figure.subplots(rows * columns, 1, squeeze=False, **more).reshape(rows, columns)
 
 
 def _legend(panel: Axes, columns: int) -> None:
@@ -247,20 +252,14 @@ def _chosen(times: list[float]) -> list[float]:
     return [times[i] for i in places]
 
 
-def _extent(run: Run) -> tuple[float, float, float, float]:
-    _, cell = run.length()
-    return 0, cell * run.width, 0, cell * run.height
-
-
 def maps(run: Run) -> Figure | None:
     """Draw each field at its times, with one range of colours for each quantity."""
     if not run.fields:
         return None
     times = _chosen(sorted({t for _, t in run.fields}))
     names = [name for name in (*QUANTITIES, *IN_METRES) if any((name, t) in run.fields for t in times)]
-    ratio = np.clip(run.height / run.width, 0.2, 5)
-    figure, panels = _figure(len(names), len(times), 1.4 + 2.4 * len(times), 0.3 + (0.5 + 2.2 * ratio) * len(names),
-                             run.narrow)
+    tall = 0.5 + 2.2 * float(np.clip(run.height / run.width, 0.2, 5))  # inches
+    figure, panels = _figure(len(names), len(times), 1.4 + 2.4 * len(times), 0.3 + tall * len(names), run.narrow)
     unit, _ = run.length()
     for name, row in zip(names, panels):
         label, factor = run.label(name)
@@ -270,7 +269,7 @@ def maps(run: Run) -> Figure | None:
             if time not in fields:
                 panel.set_axis_off()
                 continue
-            image = panel.imshow(fields[time], origin="lower", extent=_extent(run), **colours_of(name, low, high))
+            image = panel.imshow(fields[time], origin="lower", extent=run.extent(), **colours_of(name, low, high))
             panel.set_title(f"{time:.4g} s", fontsize=9)
             panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")
         figure.colorbar(image, ax=list(row), label=label)
@@ -295,7 +294,7 @@ def skin(run: Run) -> Figure | None:
             x, y = cell * (np.transpose(own) + 0.5)
             panel.plot(x, y, "o", color=colour, markersize=3, label=f"{len(own)} {kind.upper()}")
             _legend(panel, 4)
-    panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2], ylim=_extent(run)[2:])
+    panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=run.extent()[:2], ylim=run.extent()[2:])
     return figure
 
 
@@ -313,7 +312,7 @@ def surface(run: Run) -> Figure | None:
     last = heights[-1]
     steep = 1 / max(np.hypot(*np.gradient(last)).max(), 1e-300)
     shaded = LightSource(315, 45).shade(last, matplotlib.colormaps["viridis"], vert_exag=steep, blend_mode="soft")
-    lit.imshow(shaded, origin="lower", extent=_extent(run))
+    lit.imshow(shaded, origin="lower", extent=run.extent())
     scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(last.min(), last.max()), "viridis")
     figure.colorbar(scale, ax=lit, label=label)
     lit.axhline((deepest + 0.5) * cell, color="white", linewidth=0.8, linestyle="--")
@@ -341,8 +340,8 @@ def receptors(run: Run) -> Figure | None:
         shown = places.scatter(x, y, c=values[peak], s=14, edgecolors="grey", linewidths=0.4,
                                **colours_of(kind, values[peak].min(), values[peak].max()))
         figure.colorbar(shown, ax=places)
-        places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2],
-                   ylim=_extent(run)[2:])
+        places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=run.extent()[:2],
+                   ylim=run.extent()[2:])
         places.set_title(f"{len(own)} sites, {label} at {run.time[peak]:.4g} s", fontsize=9)
         course.fill_between(run.time, *np.quantile(values, [0.1, 0.9], axis=1), color=CLASSES[kind], alpha=0.25,
                             linewidth=0, label="80 % of the sites")
@@ -540,20 +539,20 @@ CAPTIONS = {
 }
 
 
-STYLE = """body { font: 16px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 60em; padding: 0 1em; color: #222 }
+STYLE = """<meta name="viewport" content="width=device-width"><style>
+body { font: 16px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 60em; padding: 0 1em; color: #222 }
 figure { margin: 2em 0 } figcaption { color: #555 } img { max-width: 100%; height: auto }
 td, th { padding: 0 1em 0 0; text-align: left; vertical-align: top }
 pre { overflow-x: auto; background: #f4f4f4; padding: 1em }
-@media (max-width: 700px) { table, tbody, tr, th, td { display: block } td { padding-bottom: .5em } }"""
+@media (max-width: 700px) { table, tbody, tr, th, td { display: block } td { padding-bottom: .5em } }</style>"""
 
 
 def page_of(title: str, facts: Mapping[str, str], warnings: Iterable[str], scene: str,
             pictures: Mapping[str, bytes], narrow: Mapping[str, bytes]) -> str:
     """Return a page of HTML that needs no other file. pictures: as SVG. narrow: the same for a phone."""
     text = html.escape
-    parts = ["<!DOCTYPE html>", f'<html lang="en"><meta charset="utf-8"><meta name="viewport" '
-             f'content="width=device-width, initial-scale=1"><title>{text(title)}</title>',
-             f"<style>{STYLE}</style>", f"<h1>{text(title)}</h1>", "<table>"]
+    parts = ["<!DOCTYPE html>", f'<html lang="en"><meta charset="utf-8"><title>{text(title)}</title>',
+             STYLE, f"<h1>{text(title)}</h1>", "<table>"]
     parts += [f"<tr><th>{text(name)}</th><td>{text(value)}</td></tr>" for name, value in facts.items()]
     parts += ["</table>"]
     parts += [f"<p><strong>Warning:</strong> {text(warning)}.</p>" for warning in warnings]
@@ -585,17 +584,15 @@ def _write(path: Path, content: bytes) -> None:
 
 def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> None:
     """Write each figure as PNG and SVG, and report.html with all of them."""
-    pictures = {name: _drawn(figure, "svg") for name, figure in figures.items()}
-    slim = figures_of(dataclasses.replace(source, narrow=True))
-    narrow = {name: _drawn(figure, "svg") for name, figure in slim.items()}
+    wide = {name: _drawn(figure, "svg") for name, figure in figures.items()}
+    narrow = {name: _drawn(slim, "svg") for name, slim in figures_of(dataclasses.replace(source, narrow=True)).items()}
     for name, figure in figures.items():
-        _write(folder / f"{name}.svg", pictures[name])
+        _write(folder / f"{name}.svg", wide[name])
         _write(folder / f"{name}.png", _drawn(figure, "png"))
     if isinstance(source, Run):
-        page = page_of(source.title, head(source), source.warnings, source.scene, pictures, narrow)
+        page = page_of(source.title, head(source), source.warnings, source.scene, wide, narrow)
     else:
-        facts = {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}
-        page = page_of(folder.name, facts, [], "", pictures, narrow)
+        page = page_of(folder.name, {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}, [], "", wide, narrow)
     _write(folder / "report.html", page.encode())
 
 
