@@ -10,12 +10,13 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "host/lab/output"))
+from plot import CLASSES
 from PIL import Image  # matplotlib's own requirement
 
 WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
 PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 2e4  # of the grating, m; m/s; Pa
 TOUCH, SLIDE, STOP, LIFT, END = 0.1, 0.3, 0.8, 1.0, 1.2  # s
-CLASSES = {"sa1": ("SA1", "#0072B2"), "fa1": ("FA1", "#D55E00"), "fa2": ("FA2", "#009E73")}
 SCENE = f"""
 [grid]
 width = {WIDTH}
@@ -80,16 +81,18 @@ def main(dermis, picture):
     axes[0].plot(time, mean / 1e3, color="black", linewidth=1)
     axes[0].set_ylabel("pressure\n(kPa, mean)", fontsize=9)
     for label, at in (("touch", TOUCH), ("slide", SLIDE), ("stop", STOP), ("lift", LIFT)):
-        axes[0].annotate(label, (at, mean.max() / 2e3), fontsize=8, ha="right" if label == "touch" else "left")
+        axes[0].annotate(label, (at, mean.max() / 2e3), fontsize=8,
+                         ha="right" if label in ("touch", "lift") else "left")
     edges = np.arange(0, END + 0.005, 0.01)
-    for name, (label, colour) in CLASSES.items():
+    for name in ("sa1", "fa1", "fa2"):
         numbers = [int(f["number"]) for f in fibres if f["class"] == name]
         of_class = spikes[np.isin(spikes["afferent"], numbers)]
-        axes[1].scatter(of_class["time"], of_class["afferent"], s=1.5, color=colour, linewidths=0,
-                        label=f"{label}: {len(np.unique(of_class['afferent']))} of {len(numbers)} fire")
-        axes[2].stairs(np.histogram(of_class["time"], edges)[0] / len(numbers) / 0.01, edges, color=colour)
+        axes[1].scatter(of_class["time"], of_class["afferent"], s=1.5, color=CLASSES[name], linewidths=0,
+                        label=f"{name.upper()}: {len(np.unique(of_class['afferent']))} of {len(numbers)} fire")
+        axes[2].stairs(np.histogram(of_class["time"], edges)[0] / len(numbers) / 0.01, edges,
+                       color=CLASSES[name])
     axes[1].set_ylabel("afferent", fontsize=9)
-    axes[1].legend(fontsize=8, frameon=False, loc="upper right", markerscale=4)
+    axes[1].legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncol=3, markerscale=4, borderaxespad=0)
     axes[2].set_ylabel("mean rate (Hz)", fontsize=9)
     axes[2].set_xlabel("time (s)", fontsize=9)
     for axis in axes:

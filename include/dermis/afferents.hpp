@@ -21,7 +21,7 @@ namespace dermis {
 
 // A current that a spike starts: amplitude*exp(-t/time), t seconds after the spike. The next spike starts it anew.
 struct AfterCurrent {
-    double amplitude = 0; // any finite number; negative: what follows a spike is harder to reach
+    double amplitude = 0; // any finite number; negative: the next spike is harder to trigger
     double time = 1;      // s, > 0
 };
 

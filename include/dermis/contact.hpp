@@ -108,7 +108,7 @@ struct DERMIS_API ContactReport {
     bool keeps_force() const;
     // Whether the force is kept, no patch is below one cell, no image clipped, and no pressure above doubtful_pressure.
     bool plausible() const { return keeps_force() && below_cell == 0 && clipped == 0 && greatest <= doubtful_pressure; }
-    std::string doubts() const; // sentences that say why not; empty if plausible
+    std::string doubts() const; // human-readable reasons; empty if plausible
 };
 using Report [[deprecated("use dermis::contact::ContactReport")]] = ContactReport;
 

@@ -85,12 +85,12 @@ enum class Edges { mirror, periodic };
 enum class Fa2 { point, step_mean }; // see Receptors::fa2
 
 // How a pressure that is known by frames runs over the step from one frame to the next. linear: along a line.
-// parabolic: along the parabola through these two frames and the frame before them. A parabola is at least four times
-// closer to a smooth load; after a jump it is further off, and overshoots by an eighth of the jump. The first step from
+// parabolic: along the parabola through these two frames and the frame before them. For smooth loads a parabola is at
+// least four times as accurate; after a jump it is less so, and overshoots by an eighth of the jump. The first step from
 // rest, or after a pause, is linear.
 enum class Hold { linear, parabolic };
 
-// What presses: a pressure, or a depth, from which the strain follows, whatever the material.
+// What a press prescribes: a pressure, or a depth (strain = depth/thickness, whatever the material).
 enum class Control { pressure, depth };
 
 struct Cell {

@@ -121,11 +121,11 @@ elseif(claim STREQUAL "examples")
     printed("^  1 ms, thumb: greatest SA1 [0-9.]+, FA1 [0-9.]+\n  1 ms, index: " ${folder}/press)
     printed("^275 sites\n 40 ms:  sa1 of 100 sites, mean [0-9.]+" ${folder}/receptors)
 
-# The C++ of README.md compiles without a warning and runs.
+# The C++ of host/examples/README.md compiles without a warning and runs.
 elseif(claim STREQUAL "readme")
     set(folder ${work}/readme)
     file(REMOVE_RECURSE ${folder})
-    run(${python} ${here}/../documents/blocks.py cpp ${folder} ${source}/README.md)
+    run(${python} ${here}/../documents/blocks.py cpp ${folder} ${source}/host/examples/README.md)
     configure(blocks ${folder}/build -Dfolder=${folder} -DCMAKE_PREFIX_PATH=${prefix})
     run(${CMAKE_COMMAND} --build ${folder}/build)
     file(GLOB programs ${folder}/*.cpp)

@@ -44,7 +44,7 @@ if(claim STREQUAL "example")
 
 # The scenes in the pages run as they stand.
 elseif(claim STREQUAL "scenes")
-    foreach(page README.md host/lab/scenes/README.md)
+    foreach(page host/examples/README.md host/lab/scenes/README.md)
         run(${python} ${CMAKE_CURRENT_LIST_DIR}/blocks.py toml ${work}/${page} ${source}/${page})
         file(GLOB blocks ${work}/${page}/*.toml)
         foreach(block ${blocks})

@@ -38,7 +38,8 @@ TEST_CASE("dermis run writes traces, impulses, fields and a summary") {
         CHECK(o.out.find("tau = 0.649351 s, z = dt/tau = 0.0154") != std::string::npos);
         CHECK(o.out.find("greatest SA1 ") == 0); // results first
         CHECK(o.out.find("\ngreatest FA1 ") < o.out.find(" different\n"));
-        CHECK(o.out.rfind("\nopen first: " + (out / "traces.csv").string() + "\n") == o.out.rfind("\nopen first: "));
+        CHECK(o.out.ends_with("\nopen first: " + (out / "traces.csv").string() + "\nnext: dermis plot " + out.string() +
+                              "\n"));
         const Columns traces = read_csv((out / "traces.csv").string());
         CHECK(traces.at("time").size() == 10);
         CHECK(traces.count("strain_mean") + traces.count("fa2_max") + traces.count("sa1_probe0") == 3);

@@ -52,7 +52,7 @@ TEST_CASE("plot draws a run and a sweep, and what comes into their folder next r
     const auto draw = [&] {
         const Outcome o = command(folder, plot);
         CHECK_MESSAGE(o.status == 0, o.err);
-        CHECK(o.out == "open first: " + (out / "report.html").string() + "\n");
+        CHECK(o.out == "next: xdg-open " + (out / "report.html").string() + "\n");
         const std::string page = slurp(out / "report.html");
         CHECK(page.find("http") == page.npos);
         CHECK(page.find("<img") != page.npos);

@@ -12,8 +12,8 @@ const quantities = [            // by number of dermis::Quantity
   {name: 'strain', unit: ''}, {name: 'sa1', unit: ''}, {name: 'sa2', unit: 's'},
   {name: 'fa1', unit: '1/s', signed: true}, {name: 'fa2', unit: '1/s²', signed: true}];
 const curvature = 5;
-const kinds = [{name: 'SA1', colour: '#3b528b'}, {name: 'FA1', colour: '#1f9e89'}, {name: 'FA2', colour: '#c2571a'}];
-const colours = ['#440154', '#3b528b', '#1f9e89', '#b8630f'];
+const colours = {SA1: '#0072b2', SA2: '#009e73', FA1: '#d55e00', FA2: '#aa4499'}; // those of host/lab/output/plot.py
+const kinds = [{name: 'SA1'}, {name: 'FA1'}, {name: 'FA2'}];
 
 const element = id => document.getElementById(id);
 
@@ -164,7 +164,7 @@ function drawTraces() {
     const column = 4 + 2 * (k + 1), top = k * high / 4, room = high / 4 - 8;
     let low = 0, most = 1e-12;
     for (const row of shown) [low, most] = [Math.min(low, row[column]), Math.max(most, row[column])];
-    context.fillStyle = colours[k];
+    context.fillStyle = colours[q.name.toUpperCase()];
     context.fillText(q.name.toUpperCase(), 4, top + 16);
     context.fillStyle = '#4a4a52';
     context.fillText(most > 1e-12 ? most.toPrecision(2) + ' ' + q.unit : '', 4, top + 31);
@@ -174,7 +174,7 @@ function drawTraces() {
     context.moveTo(left, zero);
     context.lineTo(wide, zero);
     context.stroke();
-    context.strokeStyle = colours[k];
+    context.strokeStyle = colours[q.name.toUpperCase()];
     context.lineWidth = 1.5;
     context.beginPath();
     shown.forEach((row, i) => context.lineTo(wide - (shown.length - 1 - i) * (wide - left) * stepTime / shownTime,
@@ -190,7 +190,7 @@ function drawRaster() {
   let first = 0;
   kinds.forEach((kind, k) => {
     const from = first, to = first + fibres[k];
-    context.fillStyle = kind.colour;
+    context.fillStyle = colours[kind.name];
     context.beginPath();
     for (const {time, fibre} of spikes)
       if (fibre >= from && fibre < to)

@@ -206,7 +206,8 @@ int run_scene(const Arguments& a) {
     }
     if (a.resume) fmt::print("{} of {} runs were done before\n", done.before, plan.runs.size());
     const bool traced = scene.sites.empty() || !scene.output.traces.empty();
-    fmt::print("open first: {}\n", (out / (several ? "runs.csv" : traced ? "traces.csv" : "receptors.csv")).string());
+    const char* first = several ? "runs.csv" : traced ? "traces.csv" : "receptors.csv";
+    fmt::print("open first: {}\nnext: dermis plot {}\n", (out / first).string(), a.out);
     return done.right ? 0 : 1;
 }
 
@@ -223,7 +224,7 @@ int plot_folder(const std::string& folder) {
     for (const std::string& key : scene::known_keys()) units[key] = scene::unit_of_key(key);
     const std::string why_not = output::draw(plot_script, in, {"run", output::text_of(units)});
     if (!why_not.empty()) throw Error(Error::Code::io, "", "no pictures: " + why_not);
-    fmt::print("open first: {}\n", (in / "report.html").string());
+    fmt::print("next: xdg-open {}\n", (in / "report.html").string());
     return 0;
 }
 

@@ -21,7 +21,7 @@ bool is_result(const std::string& name) {
     for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "spikes.npy",
                               "afferents.csv", "psth.csv", "summary.json", "report.html"})
         if (name == fixed) return true;
-    for (const std::string picture : {"traces", "maps", "surface", "receptors", "spikes", "events", "sweep"})
+    for (const std::string picture : {"skin", "traces", "maps", "surface", "receptors", "spikes", "events", "sweep"})
         if (name == picture + ".png" || name == picture + ".svg") return true;
     const size_t time = name.find("_t");
     if (time == name.npos || !name.ends_with(".npy")) return false;

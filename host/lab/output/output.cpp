@@ -3,6 +3,7 @@
 
 #include "host/core/base/text.hpp"
 #include "host/lab/output/earlier.hpp"
+#include "host/lab/scenes/scene_names.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -150,6 +151,16 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
     DERMIS_KEYS(plan, r, precision, predicted_error, measured_error, measured_cells, unmeasured);
     DERMIS_KEYS(json["grid"], s.grid, width, height);
     json["grid"]["spacing"] = known(s.grid.spacing.value_or(0), s.grid.spacing.has_value());
+    Json& loads = json["loads"] = Json::array();
+    for (size_t i = 0; i <= s.more_loads.size(); ++i) {
+        const Load& l = i ? s.more_loads[i - 1] : s.load;
+        const Cell center = l.center.value_or(Cell{});
+        Json load = {{"kind", scene::text_of(l.kind)}, {"control", scene::text_of(l.control)}};
+        load.update({{"intensity", l.intensity}, {"envelope", scene::text_of(l.envelope.kind)}});
+        load.update({{"center", {center.x, center.y}}, {"radius", l.radius.value_or(0)}});
+        load["radius_y"] = l.radius_y.value_or(0);
+        loads.push_back(load);
+    }
     json["pattern"] = Json();
     if (const auto pattern = moving_pattern(s)) DERMIS_KEYS(json["pattern"], *pattern, velocity, repeat);
     DERMIS_KEYS(json, r, steps, left_out);

@@ -23,10 +23,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
 
 Array = np.ndarray[Any, np.dtype[Any]]
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"
-CLASSES = {"sa1": BLUE, "sa2": GREEN, "fa1": VERMILLION, "fa2": PURPLE}
+CLASSES = {"sa1": BLUE, "sa2": GREEN, "fa1": VERMILLION, "fa2": PURPLE}  # the colours of the classes in every picture
 # The name of a quantity, its unit, and the factor to this unit. Heights have metres only with a spacing.
 QUANTITIES = {"strain": ("strain", "1", 1.0), "sa1": ("SA1", "1", 1.0), "sa2": ("SA2", "s", 1.0),
               "fa1": ("FA1", "1/s", 1.0), "fa2": ("FA2", "1/s²", 1.0)}
@@ -53,9 +54,12 @@ class Run:
     fibres: list[tuple[str, float, float]]  # the class of each afferent and its cell, or the middle of its endings' cells
     # Velocity and repeat of what slides, along x and y, in m or cells; a repeat of None or infinity: there is none.
     pattern: Sequence[Sequence[float | None]] | None  # None: nothing slides
+    loads: list[Mapping[str, Any]]  # keys of each table [load]; empty: not known
+    error: float  # the bound on the error; NaN: not known
     facts: dict[str, str]
     warnings: list[str] = dataclasses.field(default_factory=list)
     scene: str = ""  # the text of the scene; empty: not known
+    narrow: bool = False  # pictures for a phone
 
     def label(self, quantity: str) -> tuple[str, float]:
         """Return what an axis of a quantity says, and the factor to its unit."""
@@ -66,6 +70,10 @@ class Run:
     def length(self) -> tuple[str, float]:
         """Return the unit of lengths along the skin, and how long a cell is."""
         return ("mm", 1e3 * self.spacing) if self.spacing else ("cells", 1.0)
+
+    def extent(self) -> tuple[float, float, float, float]:
+        """Return from where to where the skin goes along x and y, in the unit of lengths."""
+        return 0, self.length()[1] * self.width, 0, self.length()[1] * self.height
 
 
 def _read(path: Path, reader: Callable[[Any], Any] = lambda file: list(csv.DictReader(file)), mode: str = "r") -> Any:
@@ -105,21 +113,17 @@ def run_in(folder: Path) -> Run:
         spikes = _read(folder / "spikes.npy", np.load, "rb")
         fibres = [(row["class"], float(row["x"]), float(row["y"])) for row in _read(folder / "afferents.csv")]
     plan, grid, moving = summary["plan"], summary["grid"], summary.get("pattern")  # earlier versions have none
-    facts = {"grid": f"{grid['width']} x {grid['height']} cells", "steps": str(summary["steps"]),
-             "method": plan["method"], "model": plan["model"], "precision": plan["precision"],
-             "device": summary["device"]["name"]}
-    if plan["predicted_error"] is not None:
-        facts["error"] = f"at most {plan['predicted_error']:.2g}, as predicted"
-    facts["time of stepping"] = f"{summary['seconds']:.3g} s"
-    facts["version"] = f"{summary['version']}, commit {summary['commit']}"
+    facts = {"grid": f"{grid['width']} x {grid['height']} cells", "time of stepping": f"{summary['seconds']:.3g} s",
+             "computed by": f"{plan['model']}, {plan['method']}, {plan['precision']}, {summary['steps']} steps",
+             "device": summary["device"]["name"], "version": f"{summary['version']}, commit {summary['commit']}"}
     facts |= {"set": " ".join(summary["set"])} if summary["set"] else {}
     return Run(title=folder.name, width=grid["width"], height=grid["height"], spacing=grid["spacing"],
                time=columns.pop("time"), columns=columns,
                impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
                          for row in _read(folder / "impulses.csv")],
                fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres,
-               pattern=moving and (moving["velocity"], moving["repeat"]), facts=facts, warnings=summary["warnings"],
-               scene=summary["scene"])
+               pattern=moving and (moving["velocity"], moving["repeat"]), loads=summary.get("loads", []), facts=facts,
+               error=np.float64(plan["predicted_error"]), warnings=summary["warnings"], scene=summary["scene"])
 
 
 def run_of(result: Any) -> Run:
@@ -136,19 +140,64 @@ def run_of(result: Any) -> Run:
         cells = np.array(a.cells or [(x, y) for kind, x, y in scene.sites if kind == a.type], float)
         middles = cells if a.radius else cells.reshape(-1, a.endings, 2).mean(axis=1)
         fibres += [(a.type, x, y) for x, y in middles]
-    facts = {"grid": f"{scene.width} x {scene.height} cells", "steps": str(result.steps), "model": result.model,
-             "precision": result.precision, "device": result.device.name,
-             "time of stepping": f"{result.seconds:.3g} s"}
+    facts = {"grid": f"{scene.width} x {scene.height} cells", "time of stepping": f"{result.seconds:.3g} s",
+             "computed by": f"{result.model}, {result.precision}, {result.steps} steps", "device": result.device.name}
     return Run(title="dermis", width=scene.width, height=scene.height, spacing=scene.spacing, time=result.time,
                columns=columns,
                impulses=[(i.time, i.quantity, i.mean) for i in result.impulses], fields=dict(result.fields),
                receptors=scene.sites, responses=result.responses, spikes=result.spikes, fibres=fibres,
-               pattern=scene._moving_pattern, facts=facts)
+               pattern=scene._moving_pattern, error=result.predicted_error, facts=facts,
+               loads=[vars(load) for load in (scene.load if isinstance(scene.load, list) else [scene.load])])
 
 
-def _figure(rows: int, columns: int, width: float, height: float, **options: Any) -> tuple[Figure, Any]:
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+def _pressed(load: Mapping[str, Any]) -> str:
+    """Return what a load is, as "circular load of 10,000 Pa, envelope pulse"."""
+    size, how = load["intensity"], "times" if load["kind"] in ("file", "sequence") else "of"
+    amount = f"{size:,.6g} Pa" if load["control"] == "pressure" else f"{1e3 * size:.4g} mm of depth"
+    return f"{load['kind']} load {how} {amount}, envelope {load['envelope']}"
+
+
+def _greatest(run: Run) -> Iterable[str]:
+    """Say the greatest value of each quantity that has a trace or sites, and when it is."""
+    for name, (label, unit, _) in QUANTITIES.items():
+        values = [column for of, column in run.columns.items() if of.startswith(f"{name}_")]
+        values += [run.responses[:, i] for i, site in enumerate(run.receptors) if site[0] == name]
+        if values and len(run.time):
+            most = max(values, key=lambda column: np.abs(column).max())
+            at = int(np.abs(most).argmax())
+            yield f"{label} {most[at]:.4g}{f' {unit}' if unit != '1' else ''} at {run.time[at]:.4g} s"
+
+
+def head(run: Run) -> dict[str, str]:
+    """Return what a page begins with, by name."""
+    first = {"pressed": "; ".join(map(_pressed, run.loads)), "greatest responses": ", ".join(_greatest(run)),
+             "spikes": f"{len(run.spikes)}, of {len(run.fibres)} afferents" if run.fibres else "",
+             "error at most": "not computed: dermis plan bounds it" if np.isnan(run.error) else f"{run.error:.2g}"}
+    return {name: text for name, text in first.items() if text} | run.facts
+
+
+def _figure(rows: int, columns: int, width: float, height: float, narrow: bool = False,
+            **more: Any) -> tuple[Figure, Any]:
+    """Return a figure of a size in inches and its panels. narrow: for a phone, the panels of a row below each other."""
+    if not narrow:
+        figure = Figure(figsize=(width, height), layout="constrained")
+        return figure, figure.subplots(rows, columns, squeeze=False, **more)
+    figure = Figure(figsize=(4.2, height * columns), layout="constrained")
+    more.pop("width_ratios", None)
+    return figure, figure.subplots(rows * columns, 1, squeeze=False, **more).reshape(rows, columns)
+
+
+def _legend(panel: Axes, columns: int) -> None:
+    """Name the lines of a panel above it."""
+    panel.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, frameon=False, borderaxespad=0.2)
+
+
+def colours_of(name: str, low: float, high: float) -> dict[str, Any]:
+    """Return how a map of a quantity is coloured: signed numbers from blue to red around 0."""
+    greatest = max(-low, high) or 1.0
+    if name in ("fa1", "fa2", "curvature") or (name in CLASSES and low < -0.01 * greatest):
+        return {"cmap": "RdBu_r", "vmin": -greatest, "vmax": greatest}
+    return {"cmap": "viridis", "vmin": low, "vmax": high}
 
 
 def _colour(i: int, count: int) -> tuple[float, float, float, float]:
@@ -163,10 +212,9 @@ def _draw_impulses(panel: Axes, impulses: list[tuple[float, float]], unit: str) 
     reach = 0.9 * max(high, -low)
     for time, weight in impulses:
         panel.annotate("", xy=(time, reach * weight / greatest), xytext=(time, 0),
-                       arrowprops={"arrowstyle": "->", "color": VERMILLION})
+                       arrowprops={"arrowstyle": "->", "color": "black"})
         if len(impulses) <= MOST_LINES:
-            panel.annotate(f" {weight:.3g} {unit}", xy=(time, 0.9 * reach * weight / greatest), color=VERMILLION,
-                           fontsize=8, va="center")
+            panel.annotate(f" {weight:.3g} {unit}", xy=(time, 0.9 * reach * weight / greatest), fontsize=8, va="center")
     panel.set_ylim(min(low, -reach * any(w < 0 for _, w in impulses) / 0.9), max(high, low))
 
 
@@ -175,15 +223,16 @@ def traces(run: Run) -> Figure | None:
     names = [name for name in QUANTITIES if f"{name}_mean" in run.columns]
     if not names or not len(run.time):
         return None
-    figure, panels = _figure(len(names), 1, 7.5, 0.6 + 1.5 * len(names), sharex=True)
+    figure, panels = _figure(len(names), 1, 9, 0.6 + 1.5 * len(names), run.narrow, sharex=True)
     for name, panel in zip(names, panels[:, 0]):
+        colour = CLASSES.get(name, "black")
         if f"{name}_min" in run.columns:
-            panel.fill_between(run.time, run.columns[f"{name}_min"], run.columns[f"{name}_max"], color=BLUE, alpha=0.2,
-                               linewidth=0, label="all cells")
-        panel.plot(run.time, run.columns[f"{name}_mean"], color=BLUE, label="mean")
+            panel.fill_between(run.time, run.columns[f"{name}_min"], run.columns[f"{name}_max"], color=colour,
+                               alpha=0.2, linewidth=0, label="all cells")
+        panel.plot(run.time, run.columns[f"{name}_mean"], color=colour, label="mean")
         probes = [column for column in run.columns if column.startswith(f"{name}_probe")]
         for i, probe in enumerate(probes):
-            panel.plot(run.time, run.columns[probe], linewidth=1, color=_colour(i, len(probes)),
+            panel.plot(run.time, run.columns[probe], linewidth=1, color=str(0.7 * i / len(probes)), linestyle="--",
                        label=f"probe {i}" if i < MOST_LINES else None)
         impulses = [(time, weight) for time, quantity, weight in run.impulses if quantity == name]
         label, _ = run.label(name)
@@ -193,7 +242,7 @@ def traces(run: Run) -> Figure | None:
         panel.axhline(0, color="grey", linewidth=0.5)
         panel.set_ylabel(label)
         panel.margins(x=0)
-    panels[0, 0].legend(fontsize=8, ncols=4, loc="best")
+    _legend(panels[0, 0], 2 if run.narrow else 6)
     panels[-1, 0].set_xlabel("time (s)")
     return figure
 
@@ -203,19 +252,14 @@ def _chosen(times: list[float]) -> list[float]:
     return [times[i] for i in places]
 
 
-def _extent(run: Run) -> tuple[float, float, float, float]:
-    _, cell = run.length()
-    return 0, cell * run.width, 0, cell * run.height
-
-
 def maps(run: Run) -> Figure | None:
     """Draw each field at its times, with one range of colours for each quantity."""
     if not run.fields:
         return None
     times = _chosen(sorted({t for _, t in run.fields}))
     names = [name for name in (*QUANTITIES, *IN_METRES) if any((name, t) in run.fields for t in times)]
-    ratio = np.clip(run.height / run.width, 0.2, 5)
-    figure, panels = _figure(len(names), len(times), 1.4 + 2.4 * len(times), 0.3 + (0.5 + 2.2 * ratio) * len(names))
+    tall = 0.5 + 2.2 * float(np.clip(run.height / run.width, 0.2, 5))  # inches
+    figure, panels = _figure(len(names), len(times), 1.4 + 2.4 * len(times), 0.3 + tall * len(names), run.narrow)
     unit, _ = run.length()
     for name, row in zip(names, panels):
         label, factor = run.label(name)
@@ -225,10 +269,32 @@ def maps(run: Run) -> Figure | None:
             if time not in fields:
                 panel.set_axis_off()
                 continue
-            image = panel.imshow(fields[time], origin="lower", cmap="viridis", vmin=low, vmax=high, extent=_extent(run))
+            image = panel.imshow(fields[time], origin="lower", extent=run.extent(), **colours_of(name, low, high))
             panel.set_title(f"{time:.4g} s", fontsize=9)
             panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")
         figure.colorbar(image, ax=list(row), label=label)
+    return figure
+
+
+def skin(run: Run) -> Figure | None:
+    """Draw the places that loads press and those of afferents or receptors, if no field shows the skin."""
+    if run.fields or not run.loads:
+        return None
+    figure, panels = _figure(1, 1, 4.5, 0.6 + 3.6 * float(np.clip(run.height / run.width, 0.2, 2)), run.narrow)
+    panel, (unit, cell) = panels[0, 0], run.length()
+    for load in run.loads:
+        x, y = (cell * (at + 0.5) for at in load["center"] or (run.width // 2, run.height // 2))
+        radius = cell * (load["radius"] or max(1, min(run.width, run.height) // 4))
+        if load["kind"] == "linear":
+            panel.axhspan(y - radius, y + radius, color="0.85")
+        elif load["kind"] in ("circular", "point", "punch"):
+            panel.add_patch(Ellipse((x, y), 2 * radius, 2 * (cell * (load["radius_y"] or 0) or radius), color="0.85"))
+    for kind, colour in CLASSES.items():
+        if own := [place for of, *place in run.fibres or run.receptors if of == kind]:
+            x, y = cell * (np.transpose(own) + 0.5)
+            panel.plot(x, y, "o", color=colour, markersize=3, label=f"{len(own)} {kind.upper()}")
+            _legend(panel, 4)
+    panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=run.extent()[:2], ylim=run.extent()[2:])
     return figure
 
 
@@ -241,12 +307,12 @@ def surface(run: Run) -> Figure | None:
     unit, cell = run.length()
     heights = [factor * run.fields["deformation", t] for t in times]
     deepest = int(np.unravel_index(np.argmin(heights[-1]), heights[-1].shape)[0])
-    figure, panels = _figure(1, 2, 9.5, 4)
+    figure, panels = _figure(1, 2, 9, 4, run.narrow)
     lit, cut = panels[0]
     last = heights[-1]
     steep = 1 / max(np.hypot(*np.gradient(last)).max(), 1e-300)
     shaded = LightSource(315, 45).shade(last, matplotlib.colormaps["viridis"], vert_exag=steep, blend_mode="soft")
-    lit.imshow(shaded, origin="lower", extent=_extent(run))
+    lit.imshow(shaded, origin="lower", extent=run.extent())
     scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(last.min(), last.max()), "viridis")
     figure.colorbar(scale, ax=lit, label=label)
     lit.axhline((deepest + 0.5) * cell, color="white", linewidth=0.8, linestyle="--")
@@ -254,8 +320,8 @@ def surface(run: Run) -> Figure | None:
     x = (np.arange(last.shape[1]) + 0.5) * cell
     for i, (time, height) in enumerate(zip(times, heights)):
         cut.plot(x, height[deepest], color=_colour(i, len(times)), label=f"{time:.4g} s")
-    cut.set(xlabel=f"x ({unit})", ylabel=label, title=f"along the dashed line, y = {(deepest + 0.5) * cell:.3g} {unit}")
-    cut.legend(fontsize=8)
+    cut.set(xlabel=f"x ({unit}) along the dashed line, y = {(deepest + 0.5) * cell:.3g} {unit}", ylabel=label)
+    _legend(cut, 4)
     return figure
 
 
@@ -264,17 +330,18 @@ def receptors(run: Run) -> Figure | None:
     kinds = [kind for kind in CLASSES if any(kind == of for of, _, _ in run.receptors)]
     if not kinds or not len(run.time):
         return None
-    figure, panels = _figure(len(kinds), 2, 9, 0.4 + 2.4 * len(kinds), width_ratios=[1, 1.7])
+    figure, panels = _figure(len(kinds), 2, 9, 0.4 + 2.4 * len(kinds), run.narrow, width_ratios=[1, 1.7])
     unit, cell = run.length()
     for kind, (places, course) in zip(kinds, panels):
         own = [i for i, receptor in enumerate(run.receptors) if receptor[0] == kind]
         x, y = ((np.array([run.receptors[i][axis] for i in own]) + 0.5) * cell for axis in (1, 2))
         values, label = run.responses[:, own], run.label(kind)[0]
         peak = int(np.abs(values).max(axis=1).argmax())
-        shown = places.scatter(x, y, c=values[peak], s=14, cmap="viridis")
+        shown = places.scatter(x, y, c=values[peak], s=14, edgecolors="grey", linewidths=0.4,
+                               **colours_of(kind, values[peak].min(), values[peak].max()))
         figure.colorbar(shown, ax=places)
-        places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2],
-                   ylim=_extent(run)[2:])
+        places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=run.extent()[:2],
+                   ylim=run.extent()[2:])
         places.set_title(f"{len(own)} sites, {label} at {run.time[peak]:.4g} s", fontsize=9)
         course.fill_between(run.time, *np.quantile(values, [0.1, 0.9], axis=1), color=CLASSES[kind], alpha=0.25,
                             linewidth=0, label="80 % of the sites")
@@ -284,7 +351,7 @@ def receptors(run: Run) -> Figure | None:
         course.axvline(run.time[peak], color="grey", linewidth=0.6, linestyle="--")
         course.set(xlabel="time (s)", ylabel=label)
         course.margins(x=0)
-        course.legend(fontsize=7)
+        _legend(course, 3)
     return figure
 
 
@@ -294,7 +361,7 @@ def spikes(run: Run) -> Figure | None:
     kinds = [kind for kind in CLASSES if kind in classes]
     if not kinds:
         return None
-    figure, panels = _figure(2, 1, 8, 5.5, sharex=True, height_ratios=[2, 1])
+    figure, panels = _figure(2, 1, 9, 5.5, run.narrow, sharex=True, height_ratios=[2, 1])
     raster, rate = panels[:, 0]
     of_kind = np.array([kinds.index(kind) for kind in classes])
     row = np.argsort(np.argsort(of_kind, kind="stable"))
@@ -304,11 +371,11 @@ def spikes(run: Run) -> Figure | None:
     for i, kind in enumerate(kinds):
         own, count = of_kind[numbers] == i, int((of_kind == i).sum())
         raster.plot(times[own], row[numbers[own]], "|", color=CLASSES[kind], markersize=4, rasterized=own.sum() > 5000,
-                    label=f"{kind.upper()}, {count} afferents, {own.sum()} spikes")
+                    label=f"{kind.upper()}: {own.sum()} spikes of {count} afferents")
         counts, _ = np.histogram(times[own], bins)
         rate.stairs(counts / (count * np.diff(bins)), bins, color=CLASSES[kind])
     raster.set(ylabel="afferent", ylim=(-1, len(run.fibres)))
-    raster.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
+    _legend(raster, 1 if run.narrow else 4)
     rate.set(xlabel="time (s)", ylabel="rate of an afferent (1/s)", xlim=(0, end))
     return figure
 
@@ -334,7 +401,7 @@ def events(run: Run) -> Figure | None:
     beside = across > along / 3
     height = float(np.clip((8 / len(kinds) if beside else 8) * across / along, 0.8, 8)) + 0.7
     figure, panels = _figure(*((1, len(kinds)) if beside else (len(kinds), 1)), 8, height * (1 if beside else len(kinds)),
-                             sharex=True, sharey=True)
+                             run.narrow, sharex=True, sharey=True)
     for kind, panel in zip(kinds, panels.flat):
         own = classes[numbers] == kind
         panel.plot(*places[own].T, ".", color=CLASSES[kind], markersize=2, rasterized=own.sum() > 5000)
@@ -350,6 +417,7 @@ class Sweep:
     rows: list[dict[str, str]]
     keys: dict[str, str]  # keys of the scene that were set, with their units
     outcomes: list[str]  # columns such as sa1_mean_peak
+    narrow: bool = False  # pictures for a phone
 
 
 def sweep_of(rows: list[dict[str, str]], unit_of: Callable[[str], str], spacing: float | None) -> Sweep:
@@ -360,13 +428,6 @@ def sweep_of(rows: list[dict[str, str]], unit_of: Callable[[str], str], spacing:
     end = names.index(outcomes[0]) if outcomes else names.index("set")
     units = {key: unit_of(key) for key in names[first:end]}
     return Sweep(rows, {key: "" if unit == "m" and not spacing else unit for key, unit in units.items()}, outcomes)
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 def _curves(sweep: Sweep) -> tuple[str, dict[str, list[dict[str, str]]]]:
@@ -389,10 +450,12 @@ def sweep(of: Sweep) -> Figure | None:
     columns |= {"cell that answers most": ("min", "max")} if f"{shown[0]}_max_peak" in of.outcomes else {}
     along, curves = _curves(of)
     texts = list(dict.fromkeys(row[along] for row in of.rows))
-    numbers = [number for text in texts if (number := _number(text)) is not None]
-    numeric = len(numbers) == len(texts)
-    places = dict(zip(texts, numbers if numeric else map(float, range(len(texts)))))
-    figure, panels = _figure(len(shown), len(columns), 1 + 3.8 * len(columns), 0.9 + 1.8 * len(shown), sharex=True)
+    try:
+        places, numeric = {text: float(text) for text in texts}, True
+    except ValueError:
+        places, numeric = {text: float(i) for i, text in enumerate(texts)}, False
+    figure, panels = _figure(len(shown), len(columns), 1 + 3.8 * len(columns), 0.9 + 1.8 * len(shown), of.narrow,
+                             sharex=True)
     for name, row in zip(shown, panels):
         for (title, statistics), panel in zip(columns.items(), row):
             for i, (label, rows) in enumerate(curves.items()):
@@ -432,7 +495,7 @@ def fit(rows: list[dict[str, str]]) -> Figure:
         residual.plot(time, 100 * (model - measured) / (scale or measured), ".", color=BLUE)
     units = {"modulus": "Pa", "compliance": "1/Pa", "stress": "Pa"}
     curve.set(xscale="linear" if history else "log", ylabel=f"{name} ({units[name]})")
-    curve.legend()
+    _legend(curve, 2)
     residual.axhline(0, color="black", linewidth=0.8)
     residual.set(xlabel="time (s)", ylabel="% of the greatest" if scale else "model - data (%)")
     return figure
@@ -459,12 +522,13 @@ def errors(rows: list[dict[str, str]]) -> Figure:
             if exact:
                 panel.annotate(f" {row['model']} {row['precision']}", (x, y), fontsize=7, rotation=45, va="bottom")
     panel.set(xscale="log", yscale="log", xlabel="time of a run (s)", ylabel="greatest error (1)")
-    panel.legend(fontsize=8, loc="best")
+    _legend(panel, 4)
     return figure
 
 
-RUN_FIGURES: tuple[Callable[[Run], Figure | None], ...] = (traces, maps, surface, receptors, spikes, events)
+RUN_FIGURES: tuple[Callable[[Run], Figure | None], ...] = (skin, traces, maps, surface, receptors, spikes, events)
 CAPTIONS = {
+    "skin": "The skin: what the loads press is grey. Points are receptors, or the middles of afferents.",
     "traces": "Mean of all cells, probes, and the span from the least cell to the greatest.",
     "maps": "Fields of the scene.",
     "surface": "The surface of the skin as it is pressed.",
@@ -475,25 +539,28 @@ CAPTIONS = {
 }
 
 
-STYLE = """body { font: 16px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 60em; padding: 0 1em; color: #222 }
+STYLE = """<meta name="viewport" content="width=device-width"><style>
+body { font: 16px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 60em; padding: 0 1em; color: #222 }
 figure { margin: 2em 0 } figcaption { color: #555 } img { max-width: 100%; height: auto }
 td, th { padding: 0 1em 0 0; text-align: left; vertical-align: top }
-pre { overflow-x: auto; background: #f4f4f4; padding: 1em }"""
+pre { overflow-x: auto; background: #f4f4f4; padding: 1em }
+@media (max-width: 700px) { table, tbody, tr, th, td { display: block } td { padding-bottom: .5em } }</style>"""
 
 
 def page_of(title: str, facts: Mapping[str, str], warnings: Iterable[str], scene: str,
-            pictures: Mapping[str, bytes]) -> str:
-    """Return a page of HTML that needs no other file. pictures: as SVG."""
+            pictures: Mapping[str, bytes], narrow: Mapping[str, bytes]) -> str:
+    """Return a page of HTML that needs no other file. pictures: as SVG. narrow: the same for a phone."""
     text = html.escape
     parts = ["<!DOCTYPE html>", f'<html lang="en"><meta charset="utf-8"><title>{text(title)}</title>',
-             f"<style>{STYLE}</style>", f"<h1>{text(title)}</h1>", "<table>"]
+             STYLE, f"<h1>{text(title)}</h1>", "<table>"]
     parts += [f"<tr><th>{text(name)}</th><td>{text(value)}</td></tr>" for name, value in facts.items()]
     parts += ["</table>"]
     parts += [f"<p><strong>Warning:</strong> {text(warning)}.</p>" for warning in warnings]
     for name, svg in pictures.items():
-        source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
+        wide, slim = ("data:image/svg+xml;base64," + base64.b64encode(of).decode() for of in (svg, narrow[name]))
         caption = text(CAPTIONS[name])
-        parts.append(f'<figure><img alt="{caption}" src="{source}"><figcaption>{caption}</figcaption></figure>')
+        parts.append(f'<figure><picture><source media="(max-width: 700px)" srcset="{slim}"><img alt="{caption}" '
+                     f'src="{wide}"></picture><figcaption>{caption}</figcaption></figure>')
     parts += [f"<details><summary>The scene</summary><pre>{text(scene)}</pre></details>"] if scene else []
     return "\n".join(parts) + "</html>\n"
 
@@ -517,14 +584,15 @@ def _write(path: Path, content: bytes) -> None:
 
 def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> None:
     """Write each figure as PNG and SVG, and report.html with all of them."""
-    pictures = {name: _drawn(figure, "svg") for name, figure in figures.items()}
+    wide = {name: _drawn(figure, "svg") for name, figure in figures.items()}
+    narrow = {name: _drawn(slim, "svg") for name, slim in figures_of(dataclasses.replace(source, narrow=True)).items()}
     for name, figure in figures.items():
-        _write(folder / f"{name}.svg", pictures[name])
+        _write(folder / f"{name}.svg", wide[name])
         _write(folder / f"{name}.png", _drawn(figure, "png"))
     if isinstance(source, Run):
-        page = page_of(source.title, source.facts, source.warnings, source.scene, pictures)
+        page = page_of(source.title, head(source), source.warnings, source.scene, wide, narrow)
     else:
-        page = page_of(folder.name, {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}, [], "", pictures)
+        page = page_of(folder.name, {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}, [], "", wide, narrow)
     _write(folder / "report.html", page.encode())
 
 

@@ -7,6 +7,7 @@ import pathlib
 import pickle
 import pydoc
 import re
+import struct
 import subprocess
 import sys
 
@@ -36,7 +37,7 @@ def test_the_page_of_the_package_links_to_no_file_that_is_not_beside_it():
 
 
 def test_a_release_can_be_repeated_after_a_wheel_that_failed(tmp_path):
-    for name in ("run", "CHANGELOG.md", "CITATION.cff", "README.md", "include/dermis/version.hpp", "host/examples/CMakeLists.txt"):
+    for name in ("run", "CHANGELOG.md", "CITATION.cff", "host/examples/README.md", "include/dermis/version.hpp", "host/examples/CMakeLists.txt"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes((TOP / name).read_bytes())
     script = (tmp_path / "run").read_text()
@@ -74,10 +75,19 @@ def test_everything_public_says_what_it_is():
             assert thing.__doc__, thing
 
 
-def test_the_python_of_the_front_page_draws_its_picture(tmp_path):
+def test_the_python_of_the_front_page_draws_a_report(tmp_path):
     (code,) = re.findall(r"```python\n(.*?)```", (TOP / "README.md").read_text(), re.DOTALL)
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "MPLBACKEND": "agg"}, check=True)
-    assert (tmp_path / "touch.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "touch/maps.png").read_bytes().startswith(b"\x89PNG")
+    assert "circular load of 20,000 Pa, envelope ramp" in (tmp_path / "touch/report.html").read_text()
+
+
+def test_the_picture_of_the_front_page_is_drawn_by_its_script_and_is_low(tmp_path):
+    script = TOP / "host/examples/hero.py"
+    subprocess.run([sys.executable, script, tmp_path / "hero.png"], check=True)
+    for picture in (tmp_path / "hero.png", TOP / "host/examples/hero.png"):
+        width, height = struct.unpack(">II", picture.read_bytes()[16:24])
+        assert 1000 * height <= 400 * width
 
 
 def test_the_tutorial_prints_what_stands_beside_it():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pictures of runs and sweeps, and the page that has them."""
 import base64
+import io
 import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
@@ -32,7 +33,7 @@ def labels_of(figure):
 
 def test_a_run_is_drawn_with_a_unit_on_every_axis(runs):
     traces, fibres = dermis.plot(runs["traces"]), dermis.plot(runs["fibres"])
-    assert list(traces) == ["traces", "maps", "surface"] and list(fibres) == ["receptors", "spikes"]
+    assert list(traces) == ["traces", "maps", "surface"] and list(fibres) == ["skin", "receptors", "spikes"]
     labels = set().union(*map(labels_of, [*traces.values(), *fibres.values()]))
     without = {label for label in labels if not re.search(r"\((1|s|1/s|1/s²|mm|µm)\)", label)}
     assert without == {"afferent"}
@@ -47,6 +48,55 @@ def test_lines_are_the_numbers_of_the_run(runs):
     lines = {line.get_label(): line.get_xydata().T for line in panel.lines}
     np.testing.assert_array_equal(lines["mean"], [result.time, result["sa1"].mean])
     np.testing.assert_array_equal(lines["probe 0"], [result.time, result["sa1"].probes[0]])
+
+
+def test_signed_maps_are_blue_to_red_around_zero_and_classes_have_one_colour():
+    result = dermis.run(dict(SKIN, sites=[("fa1", 20, 15), ("fa1", 5, 5), ("sa1", 20, 15)], output={
+        "fields": [{"at": at, "what": ["sa1", "fa1"]} for at in (0.05, 0.1)]}))
+    figures = dermis.plot(result)
+    images = [axes.images[0] for axes in figures["maps"].axes if axes.images]
+    points = [axes.collections[0] for axes in figures["receptors"].axes if axes.get_title().startswith("2 sites, FA1")]
+    assert [image.get_cmap().name for image in images] == ["viridis", "viridis", "RdBu_r", "RdBu_r"]
+    assert len(points) == 1 and points[0].get_cmap().name == "RdBu_r"
+    for signed in [*images[2:], *points]:
+        low, high = signed.get_clim()
+        assert low == -high and high >= np.abs(signed.get_array()).max()
+    lines = [line for axes in figures["receptors"].axes for line in axes.lines if line.get_label() == "median"]
+    assert [line.get_color() for line in lines] == ["#0072B2", "#D55E00"]
+    page = (EXAMPLES / "page/page.js").read_text()
+    assert all(f"{name}: '{colour.lower()}'" in page for name, colour in (("SA1", "#0072B2"), ("FA1", "#D55E00")))
+
+
+def test_no_legend_lies_on_its_panel(runs):
+    for figure in [*dermis.plot(runs["traces"]).values(), *dermis.plot(runs["fibres"]).values()]:
+        figure.savefig(io.BytesIO())  # which lays the figure out
+        for axes in figure.axes:
+            if legend := axes.get_legend():
+                assert legend.get_window_extent().y0 >= axes.bbox.y1 - 1
+
+
+def test_the_page_begins_with_the_load_the_greatest_responses_and_the_bound(runs, tmp_path):
+    dermis.plot(runs["traces"], tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    head = re.findall(r"<tr><th>(.*?)</th><td>(.*?)</td></tr>", page)
+    assert [name for name, _ in head[:3]] == ["pressed", "greatest responses", "error at most"]
+    fa1 = runs["traces"]["fa1"]
+    assert head[0][1] == "circular load of 20,000 Pa, envelope step"
+    assert f"FA1 {fa1.max.max():.4g} 1/s at {runs['traces'].time[fa1.max.argmax()]:.4g} s" in head[1][1]
+    slim = re.findall(r'<source media="\(max-width: 700px\)" srcset="data:image/svg\+xml;base64,([^"]*)"', page)
+    wide = re.findall(r'<img alt="[^"]*" src="data:image/svg\+xml;base64,([^"]*)"', page)
+    points = [float(ElementTree.fromstring(base64.b64decode(svg)).get("width")[:-2]) for svg in slim + wide]
+    assert len(slim) == len(wide) == 3 and max(points[:3]) < 303 < min(points[3:])  # 4.2 inches
+
+
+def test_the_skin_shows_the_footprint_of_a_punch_and_where_afferents_are():
+    result = dermis.run(dict(FIBRES, load={"kind": "punch", "control": "depth", "radius": 4, "center": [10, 20],
+                                           "intensity": 1e-4}))
+    panel = dermis.plot(result)["skin"].axes[0]
+    (punch,) = panel.patches
+    assert punch.center == pytest.approx((2.1, 4.1)) and (punch.width, punch.height) == pytest.approx((1.6, 1.6))
+    sa1, fa1 = (line.get_xydata() for line in panel.lines)
+    np.testing.assert_allclose([*sa1, *fa1], [[4.1, 3.1], [4.5, 3.1], [4.3, 3.1]])
 
 
 def test_maps_have_millimetres_and_one_range_of_colours(runs):
@@ -204,5 +254,5 @@ def test_a_pattern_is_drawn_only_if_one_moves(runs):
     still["texture"] = {**still["texture"], "velocity": [0, 0]}
     wave = {**even, "grating": {"wavelength": 2e-3, "velocity": 0.04}}
     drawn = [list(dermis.plot(moving(load))) for load in (still, [wave, even], [wave, wave])]
-    assert drawn == [["spikes"], ["spikes", "events"], ["spikes"]]
+    assert drawn == [["skin", "spikes"], ["skin", "spikes", "events"], ["skin", "spikes"]]
     assert "events" not in dermis.plot(runs["fibres"])

@@ -260,6 +260,7 @@ def draw(made, path):
     """Draw a frame of the motion, and force, pressure and the responses of a cell over time."""
     import matplotlib
     matplotlib.use("Agg")
+    from dermis._plot import CLASSES as colours
     from matplotlib import pyplot
 
     cell, seconds = (slice(None), HEIGHT // 2, WIDTH // 2), np.arange(1, len(made.force) + 1) * STEP
@@ -274,11 +275,11 @@ def draw(made, path):
         axis.imshow(image)
         axis.axis("off")
     axes = curves.subplots(len(rows), sharex=True)
-    for axis, (label, values) in zip(axes, rows):
+    for axis, (label, values), colour in zip(axes, rows, ("black", "black", *map(colours.get, CLASSES))):
         axis.axhline(0, color="0.7", linewidth=0.8)
         for part in PARTS.values():
             axis.axvspan(part.start * STEP, part.stop * STEP, color="0.94")
-        axis.plot(seconds, values, color="C0", linewidth=1)
+        axis.plot(seconds, values, color=colour, linewidth=1)
         axis.set_ylabel(label, rotation=0, ha="right", va="center")
         axis.spines[["top", "right"]].set_visible(False)
     for name, part in PARTS.items():
