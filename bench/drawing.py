@@ -11,11 +11,11 @@ from PIL import Image  # matplotlib's own requirement
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, GREY = (
     "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#777777")
 CLASSES = {"sa1": BLUE, "sa2": GREEN, "fa1": VERMILLION, "fa2": "#AA4499"}  # as `dermis plot` has them
-PRECISIONS = {"f32": ("float", VERMILLION), "f32-compensated": ("float, compensated sums", GREEN), "f64": ("double", BLUE)}
+PRECISIONS = {"f32": ("float", VERMILLION), "f32-compensated": ("compensated sums", GREEN), "f64": ("double", BLUE)}
 METHODS = {  # by name: what a label says, a colour and a marker
-    "exact": ("dermis, exact", BLUE, "D"), "euler": ("forward Euler", VERMILLION, "o"), "rk2": ("RK2", ORANGE, "<"),
+    "exact": ("dermis, exact", BLUE, "D"), "euler": ("forward Euler", ORANGE, "o"), "rk2": ("RK2", "#8C6D31", "<"),
     "rk4": ("RK4", PURPLE, "^"), "backward-euler": ("backward Euler", GREY, "v"),
-    "crank-nicolson": ("Crank-Nicolson", SKY, "s"), "sdirk2": ("SDIRK2", GREEN, ">")}
+    "crank-nicolson": ("Crank-Nicolson", SKY, "s"), "sdirk2": ("SDIRK2", "black", ">")}
 ZERO = 1e-18  # where an error of 0 stands on a logarithmic axis
 plt.rcdefaults()  # none of the user's settings changes a picture
 plt.rcParams.update({"font.size": 10.5, "axes.titlesize": 10.5, "axes.grid": True, "grid.alpha": 0.25, "lines.markersize": 5,
@@ -57,12 +57,12 @@ def error_axis(axis, top, words="0: no bit is off"):
     axis.text(0.99, ZERO, words, transform=axis.get_yaxis_transform(), va="center", ha="right", fontsize=9, color=GREY)
 
 
-def rule(axis, value, text, side="right", across=False, colour=GREY):
-    """A dotted line at a value of y (across: of x), with its name at one end of it."""
+def rule(axis, value, text, side="right", across=False, colour=GREY, over="bottom"):
+    """A dotted line at a value of y (across: of x), with its name at one end of it; over: "top", its name lies below it."""
     (axis.axvline if across else axis.axhline)(value, color=colour, linestyle=(0, (1, 2)), linewidth=1.2)
     end = {"right": 0.99, "left": 0.01, "top": 0.98, "bottom": 0.02}[side]
     where = dict(x=value, y=end, transform=axis.get_xaxis_transform(), va=side) if across else dict(
-        x=end, y=value, transform=axis.get_yaxis_transform(), ha=side, va="bottom")
+        x=end, y=value, transform=axis.get_yaxis_transform(), ha=side, va=over)
     axis.text(s=f" {text} ", color=colour, fontsize=9, **where)
 
 
@@ -82,10 +82,16 @@ def named(axis, names, side="right", apart=13, fontsize=9.5):
                       fontsize=fontsize, annotation_clip=False)
 
 
+def key(figure, handles, labels, share=0.07, **more):
+    """One key of all lines below a picture, on a share of its height."""
+    figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))
+    figure.legend(handles, labels, loc="lower center", frameon=False, fontsize=9, handlelength=1.2, columnspacing=1, **more)
+
+
 def save(figure, picture, footer=""):
     """Writes a picture with a palette, which takes a third of the bytes of full colour."""
     if footer:
-        figure.supxlabel(footer, x=0.995, ha="right", fontsize=7.5, color=GREY)
+        figure.supxlabel(footer, x=0.995, ha="right", fontsize=6.8, color=GREY)
     figure.canvas.draw()
     image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
     image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
@@ -101,8 +107,8 @@ def held(claims):
 
 
 def chart(measured, claims, draw):
-    """SCRIPT dermis [picture.png]: measures, checks the claims, and with a name draws the picture."""
+    """SCRIPT dermis [picture.png ..]: measures, checks the claims, and with a name draws the picture."""
     found = measured(sys.argv[1])
     if len(sys.argv) > 2:
-        draw(found, sys.argv[2])
+        draw(found, *sys.argv[2:])
     held(claims(found))

@@ -6,16 +6,15 @@ import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image  # matplotlib's own requirement
+
+from drawing import CLASSES as COLOURS
+from drawing import plt, save
 
 WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
 PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 2e4  # of the grating, m; m/s; Pa
 TOUCH, SLIDE, STOP, LIFT, END = 0.1, 0.3, 0.8, 1.0, 1.2  # s
-CLASSES = {"sa1": ("SA1", "#0072B2"), "fa1": ("FA1", "#D55E00"), "fa2": ("FA2", "#009E73")}
+CLASSES = {name: (name.upper(), COLOURS[name]) for name in ("sa1", "fa1", "fa2")}
 SCENE = f"""
 [grid]
 width = {WIDTH}
@@ -89,15 +88,13 @@ def main(dermis, picture):
                         label=f"{label}: {len(np.unique(of_class['afferent']))} of {len(numbers)} fire")
         axes[2].stairs(np.histogram(of_class["time"], edges)[0] / len(numbers) / 0.01, edges, color=colour)
     axes[1].set_ylabel("afferent", fontsize=9)
-    axes[1].legend(fontsize=8, frameon=False, loc="upper right", markerscale=4)
+    axes[1].legend(fontsize=8, frameon=False, loc="center right", markerscale=4)
     axes[2].set_ylabel("mean rate (Hz)", fontsize=9)
     axes[2].set_xlabel("time (s)", fontsize=9)
     for axis in axes:
         axis.tick_params(labelsize=8)
         axis.grid(alpha=0.3)
-    figure.canvas.draw()
-    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+    save(figure, picture)
 
 
 main(str(Path(sys.argv[1]).resolve()), sys.argv[2])
