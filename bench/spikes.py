@@ -306,10 +306,10 @@ def draw(found, picture, table):
             error, wrong = values[:, 0] * 1e3, 100 * (values[:, 1] + values[:, 2]) / count
             top.plot(cost[method], np.maximum(error, 1e-9), marker=mark, color=colour)
             below.plot(cost[method], np.minimum(wrong, 200), marker=mark, color=colour)
-        rule(top, 1e-3, "float's promise: 1 us" if title.startswith("SA1") else "", "right")
+        rule(top, 1e-3, "float: 1 us" if title.startswith("SA1") else "", "left")
         top.set(title=f"{title}: {count} spikes", ylim=(1e-7, 100))
         below.set(xlabel="ns a fibre and second\n(steps of 10 to 0.1 ms)", ylim=(-5, 210))
-        below.set_yticks((0, 50, 100, 150, 200), ("0", "50", "100", "150", "200 or more"))
+        below.set_yticks((0, 50, 100, 150, 200), ("0", "50", "100", "150", "200+"))
     axes[0, 0].set_ylabel("median error of a time (ms)")
     axes[1, 0].set_ylabel("lost and invented (%)")
     key(drawn, *zip(*[(axes[0, 0].plot([], [], marker=m, color=c)[0], name) for name, (_, c, m, _) in METHODS.items()]), 0.1, ncol=5)
