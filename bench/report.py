@@ -210,12 +210,12 @@ def pads(rows):
     """Batches by the number of pads, beside single skins with as many cells and loops of their own."""
     shapes = {(4, 4): PURPLE, (8, 8): VERMILLION, (16, 16): ORANGE, (20, 25): BLUE, (64, 64): GREEN}
     drawn, (axes,) = figure(1, 2, 4.6, "Pads in one call cost what one skin of as many cells does")
-    for axis, on, title in zip(axes, (on_cpu, on_vulkan), ("CPU, one thread", f"Vulkan ({driver(rows)})")):
-        mine = [r for r in rows if r["precision"] == "f32" and (on(r) and (on is on_vulkan or r["threads"] == "1")
-                                                                or on is on_cpu and r["backend"] == "native-bits")]
+    for axis, vulkan, title in zip(axes, (False, True), ("CPU, one thread", f"Vulkan ({driver(rows)})")):
+        mine = [r for r in rows if r["precision"] == "f32" and (
+            on_vulkan(r) if vulkan else not on_vulkan(r) and r["threads"] == "1")]
         single = sorted(of(mine, "cells"), key=lambda r: r["cells"])
         logarithmic(axis)
-        single = [r for r in single if r["device"] == single[0]["device"]]
+        single = [r for r in single if r["device"] == single[0]["device"]]  # one of the devices
         axis.plot([r["cells"] for r in single], [r["least_ns"] for r in single], "--", color="black", label="one skin")
         for (width, height), colour in shapes.items():
             for model, line, label in (("batch", "o-", f"pads of {width} x {height}"), ("native-bits", "x:", None)):
