@@ -490,7 +490,9 @@ def errors(rows: list[dict[str, str]], scene: str, tolerance: float) -> Figure:
     written: list[tuple[float, float]] = []  # points
     for x, y, name, colour in sorted(names, key=lambda one: one[1]):
         right, own = panel.transData.transform((x, y)) * 72 / figure.dpi
-        high = max([own, *(h + 10 for r, h in written if abs(r - right) < 120 and abs(h - own) < 40)])
+        high = own
+        while any(abs(r - right) < 120 and abs(h - high) < 10 for r, h in written):
+            high += 10 if colour == BLUE else -10  # the exact ways lie at the lower border, others often at the upper one
         written.append((right, high))
         panel.annotate(name, (x, y), (7, high - own), textcoords="offset points", va="center", fontsize=8, color=colour)
     return figure
