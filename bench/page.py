@@ -907,8 +907,8 @@ def accuracy(rows):
                 ]
             )
     stencils = " and ".join(
-        f"{small(number(r['err_curvature']))} with the {r['stencil'].replace('-', ' ')} one"
-        for r in (next((r for r in found if r["stencil"] == s), None) for s in ("five-point", "fourth-order")) if r)
+        f"{small(number(r['err_curvature']))} {r['stencil']}"
+        for r in (next(iter(of(rows, "accuracy", stencil=s, method="exact")), None) for s in ("five-point", "fourth-order")) if r)
     return f"""
 ## Error against cost
 

@@ -111,7 +111,7 @@ def work_precision_claims(rows):
 
 def stiff(rows):
     """Error against time on a stiff chain, beside solvers that choose their own steps: a held load, and a sine by frames."""
-    drawn, (axes,) = figure(1, 2, 4.4, "Solvers that choose their steps take longer than a closed form, and err more", sharey=True)
+    drawn, (axes,) = figure(1, 2, 4.4, "Under a held load solvers that choose their steps take longer, and err more", sharey=True)
     series = {  # by panel: the rows of a line
         "held": {m: (METHODS[m][0], METHODS[m][1], METHODS[m][2], [r for r in of(rows, "stiff", method=m) if r["status"] == "ok"])
                  for m in ("rk4", "crank-nicolson", "exact")},
@@ -129,7 +129,7 @@ def stiff(rows):
             if ladder:
                 axis.plot([1e3 * r["least"] for r in ladder], errors(ladder), marker=marker, color=colour)
                 ends.append((1e3 * ladder[-1]["least"], errors(ladder)[-1], words, colour))
-        rule(axis, 2.0**-53, "double", "left")
+        rule(axis, 2.0**-53, "double", "right", over="top")
         axis.set(title=f"{title}; elements of 4 ms, 70 ms, 1.4 s", xlabel="ms, 256 cells, one thread", ylim=(1e-17, 10))
         named(axis, ends, apart=26 if workload == "smooth" else 13)
     axes[0].set_ylabel("greatest error of strain / greatest strain")
