@@ -6,14 +6,13 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import matplotlib
-matplotlib.use("Agg")
 import numpy as np
-from PIL import Image  # matplotlib's own requirement
+
+import drawing
+from drawing import BLUE, GREEN, GREY, VERMILLION
 
 HERE = Path(__file__).parent
 DATA = HERE / "evidence"
-BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#888888"
 # The papers, by what rows and the first lines of data files call them.
 SOURCES = {
     "Bensmaia et al. 2005": "S. J. Bensmaia, J. C. Craig, T. Yoshioka and K. O. Johnson, SA1 and RA afferent responses to "
@@ -130,6 +129,4 @@ def save(figure, picture):
     for axis in figure.axes:
         axis.tick_params(labelsize=8)
         axis.grid(alpha=0.3)
-    figure.canvas.draw()
-    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+    drawing.save(figure, picture)

@@ -7,7 +7,6 @@
 #include "host/core/vulkan/windows.hpp"
 
 #include "moves_spv.h"
-#include "press_cell_spv.h"
 
 #include <algorithm>
 #include <cstring>
@@ -75,7 +74,7 @@ void CpuMoves::press(int count) {
 }
 
 VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, Shader shader)
-    : scene_(scene), context_(std::move(context)), shader_(shader) {
+    : scene_(scene), context_(std::move(context)) {
     using vulkan::Buffer;
     const VkDeviceSize map = scene.cells() * sizeof(float);
     const model::PreparedSkin& skin = scene.skin();
@@ -106,9 +105,8 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     }
     const std::vector<uint32_t> variant = vulkan::specialization(scene.streamed.variant());
     vulkan::Pipelines& pipelines = context_->pipelines();
-    const vulkan::Module module = shader == Shader::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
-                                  : shader == Shader::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
-                                                            : vulkan::press_module_for(pipelines.device());
+    const vulkan::Module module = shader == Shader::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
+                                                          : vulkan::press_module_for(pipelines.device());
     kernel_ = std::make_unique<vulkan::Kernel>(
         pipelines, module,
         vulkan::KernelOptions{.bindings = PRESS_BINDINGS,
@@ -167,11 +165,8 @@ double VulkanFrames::press(int count) {
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {
-            if (shader_ == Shader::cell)
-                kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height));
-            else
-                kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
-                                groups(c.height, PRESS_Y));
+            kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
+                            groups(c.height, PRESS_Y));
             context_->barrier(commands);
         }
     });

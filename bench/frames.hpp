@@ -36,11 +36,10 @@ class CpuMoves {
     size_t frame_ = 0;
 };
 
-// Presses the frames on a device by the library's kernel, by one with one cell per invocation, or by one that only
-// moves the same memory.
+// Presses the frames on a device by the library's kernel, or by one that only moves the same memory.
 class VulkanFrames {
   public:
-    enum class Shader { press, cell, moves };
+    enum class Shader { press, moves };
     VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, Shader);
     ~VulkanFrames();
     // Records `frames` frames, submits them and waits. Returns seconds on the device.
@@ -55,7 +54,6 @@ class VulkanFrames {
     std::vector<dermis::vulkan::Buffer> buffers_;
     std::unique_ptr<dermis::vulkan::Kernel> kernel_;
     VkQueryPool stamps_ = VK_NULL_HANDLE;
-    Shader shader_;
     int frame_ = 0;
     double recording_ = 0;
 };

@@ -109,8 +109,7 @@ StreamedFrames::StreamedFrames(Bench& bench, int n, Contenders contenders)
         add_native(bench.cores, NativeFrames::Way::past_caches);
     }
     if (!bench.vulkan || contenders == Contenders::growth) return;
-    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
-        if (shader != VulkanFrames::Shader::cell || contenders == Contenders::all) add_vulkan(shader);
+    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::moves}) add_vulkan(shader);
 }
 
 void StreamedFrames::add_all_of_cpu() {
@@ -236,7 +235,6 @@ void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     const bool moves = shader == VulkanFrames::Shader::moves; // the memory alone: no kernel is faster
     Series& s = series_.emplace_back();
     s.row = bench_.on_vulkan("press", n_);
-    if (shader == VulkanFrames::Shader::cell) s.row.backend = "vulkan-cell";
     if (moves) s.row.backend = "vulkan-moves";
     s.row.bytes_per_cell = frame_bytes;
     s.row.flops_per_cell = moves ? 0 : frame_flops;

@@ -264,7 +264,7 @@ def cells(rows):
     return f"""
 ## From which size on a device pays
 
-![nanoseconds per cell and press by the number of cells, for each number of threads and each device](cells.png)
+![nanoseconds per cell and press by the number of cells: threads, devices, other programs and the memory alone](devices.png)
 
 One skin in f32, from the caller's pressure to responses that the caller can read; ns per cell and press (least of the
 rounds). {' '.join(sentences)}
@@ -541,12 +541,9 @@ def press(rows):
     return f"""
 ## One press of one skin, beside its limits and other programs
 
-![the memory traffic of a press in GB/s, beside that of loops that only move the memory](roofline.png)
-![ns per cell of the CPU path, Vulkan and other programs](devices.png) ![time by cells, steps and threads](scaling.png)
-
 One press of N x N cells: pressure in, strain and integral carried, four responses out: 44 bytes a cell. The
 pressure is the library's own already, so that nothing is checked or copied (`SkinProgram` on a device; `Skin` adds
-that). ns per cell:
+that). [devices.png](devices.png) draws it. ns per cell:
 
 {own}
 The limit is a loop that reads and writes the same maps and computes next to nothing, with as many threads, in the
@@ -610,7 +607,7 @@ def depths(rows):
     return f"""
 ## Receptors at depths
 
-![error against cost of receptors at depths, and both by the depth](depth.png)
+![error against cost of receptors at depths, by the way that takes them; the pyramid's error by the depth](depth.png)
 
 A press in f32 of all four responses at the surface, ns per cell; and what each class adds whose receptors lie z
 below cells that are h wide, in ns per cell and as a share of that press. Fingertip: SA1 at 0.3, FA1 at 0.5, SA2 at
@@ -743,7 +740,9 @@ def stiff(rows, step_of):
     return f"""
 ## A stiff chain
 
-![error against step and cost on a stiff chain](stiff.png)
+![error against time on a stiff chain, under a held load and a sine, beside solvers that choose their steps](stiff.png)
+
+[stability.png](stability.png) has the error against the step.
 
 Three elements in series, of 4 ms, 70 ms and 1.4 s, under a load that is held from time 0 for 2.56 s; 16 x 16 cells,
 each with a site of the strain and one of its rate, double, one thread. Errors of strain and FA1: the greatest
@@ -778,15 +777,24 @@ def spikes(rows):
         what = f"mean rate {r['method'][6:-2]} Hz" if r["model"] == "located" else names.get(r["method"], r["method"])
         who = {"numpy": "NumPy", "numba": "Numba"}.get(r["backend"], "dermis")
         lines.append([f"{who}: {what}", r["receptors"], here, num(step), num(step * 1e6 / number(r["receptors"]))])
+    by_step = []
+    for r in of(rows, "spikes-steps"):
+        a_step = 1e9 * r["least"] / number(r["steps"]) / number(r["receptors"])
+        by_step.append([num(1e3 * float(r["method"])), num(a_step), num(a_step / float(r["method"]))])
     return f"""
 ## Spikes
 
 Afferents, nerve fibres of the skin, under strains that vibrate at 31 Hz, each with an amplitude and a phase of its
 own, SA1, FA1 and FA2 as 4 to 5 to 1, in steps of 1 ms. A body has some 230,000 afferents of touch, a hand 17,000.
 dermis locates each spike to a microsecond; the other methods, written anew, give the step or the sample in which a
-spike falls, and lose or invent spikes ([spikes.png](spikes.png)). Their afferents are all of one kind.
+spike falls, and lose or invent spikes. Their afferents are all of one kind.
 
-{table(['', 'afferents', 'where', 'ms for a step of 1 ms', 'ns an afferent'], lines)}"""
+![error of spike times, and spikes lost and invented, against cost, at steps of 0.1 to 10 ms](spikes.png)
+
+{table(['', 'afferents', 'where', 'ms for a step of 1 ms', 'ns an afferent'], lines)}
+Steps of other lengths, 17000 afferents at a mean rate of 10 Hz, one thread:
+
+{table(['step, ms', 'ns an afferent and step', 'ns an afferent and second'], by_step)}"""
 
 
 def less(rows):
@@ -847,6 +855,7 @@ def less(rows):
     return f"""
 ## Doing less
 
+![what each simplification of a fingertip's scene saves, and costs in error](needs.png)
 ![what each tolerance takes](tolerance.png)
 
 Where a load keeps its shape, or only sites are read, not every cell need be stepped; the planner takes what the
@@ -897,15 +906,19 @@ def accuracy(rows):
                     most["steps"],
                 ]
             )
+    stencils = " and ".join(
+        f"{small(number(r['err_curvature']))} {r['stencil']}"
+        for r in (next(iter(of(rows, "accuracy", stencil=s, method="exact")), None) for s in ("five-point", "fourth-order")) if r)
     return f"""
 ## Error against cost
 
-![error against cost](work_precision.png)
+![error against the time of a run: methods, precisions and models](work_precision.png)
+![error against the number of steps, up to a million, in three precisions](long.png)
 
 Greatest error over {found[0]['width']} x {found[0]['height']} cells and three instants by the greatest value,
-against closed forms; the curvature against the continuum, so that only the stencil decides its error ([all
-quantities](work_precision_all.png)). The exact method's error is the rounding of its precision at every step; a
-smaller step only gives more outputs.
+against closed forms. The exact method's error is the rounding of its precision at every step; a smaller step only gives
+more outputs. `moments` makes its maps, as every run does, and steps no cell: further steps cost numbers alone, whatever the
+grid. The curvature, against the continuum, has the stencil's error: {stencils}.
 
 {table(['method', 'strain, few steps', 'FA1', 'steps', 'strain, many steps', 'FA1', 'steps'], lines)}"""
 

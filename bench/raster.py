@@ -6,13 +6,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "host/lab/output"))
-from plot import CLASSES
-from PIL import Image  # matplotlib's own requirement
+
+from drawing import CLASSES, plt, save
 
 WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
 PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 2e4  # of the grating, m; m/s; Pa
@@ -98,9 +94,7 @@ def main(dermis, picture):
     for axis in axes:
         axis.tick_params(labelsize=8)
         axis.grid(alpha=0.3)
-    figure.canvas.draw()
-    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+    save(figure, picture)
 
 
 main(str(Path(sys.argv[1]).resolve()), sys.argv[2])

@@ -6,13 +6,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image  # matplotlib's own requirement
 
-BLUE, VERMILLION = "#0072B2", "#D55E00"
+from drawing import BLUE, VERMILLION, key, plt, save
+
 LASTING = 5e4  # Pa: stress over strain after a long hold, of both skins
 TAU = 1 / 1.54  # s: the study's viscosity over its modulus
 SCENE = """
@@ -73,11 +70,8 @@ def main(dermis, picture):
     for axis in axes[1]:
         axis.set_xlabel("seconds", fontsize=9)
     handles, labels = axes.flat[1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=2, fontsize=9, frameon=False)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
-    figure.canvas.draw()
-    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+    key(figure, handles, labels, ncol=2)
+    save(figure, picture)
 
 
 if __name__ == "__main__":

@@ -14,8 +14,8 @@ using namespace dermis;
 
 namespace {
 
-constexpr double dt = 1e-3, frequency = 31.25; // s, Hz: 32 frames are a period
-constexpr int frames = 32, presses = 64;
+constexpr double dt = 1e-3, period = 0.032; // s
+constexpr int presses = 64;                 // in two periods
 
 // Fibres of a fingertip's shares: SA1, FA1 and FA2 as 4 to 5 to 1.
 std::vector<model::FibreKind> kinds_of(size_t n) {
@@ -27,16 +27,17 @@ std::vector<model::FibreKind> kinds_of(size_t n) {
 // Fibres under strains that vibrate, each with an amplitude and a phase of its own.
 class Contender {
   public:
-    Contender(std::unique_ptr<model::FibrePopulation<f32>> fibres, double strain)
-        : fibres_(std::move(fibres)), inputs_(frames, std::vector<float>(fibres_->count())) {
+    Contender(std::unique_ptr<model::FibrePopulation<f32>> fibres, double strain, double step = dt)
+        : step_(step), fibres_(std::move(fibres)),
+          inputs_(size_t(period / step), std::vector<float>(fibres_->count())) {
         for (size_t i = 0; i < fibres_->count(); ++i) {
             const double share = std::fmod(0.618034 * double(i), 1),
                          phase = 2 * std::numbers::pi * 0.7548777 * double(i);
-            for (int k = 0; k < frames; ++k)
-                inputs_[size_t(k)][i] =
-                    float(strain * share * (1 + std::sin(2 * std::numbers::pi * frequency * dt * k + phase)));
+            for (size_t k = 0; k < inputs_.size(); ++k)
+                inputs_[k][i] = float(
+                    strain * share * (1 + std::sin(2 * std::numbers::pi * double(k) / double(inputs_.size()) + phase)));
         }
-        (void)fibres_->prepare(dt);
+        (void)fibres_->prepare(step);
     }
 
     // Seconds of some presses, without those in which inputs are taken.
@@ -44,7 +45,7 @@ class Contender {
         double seconds = 0;
         spikes_ = 0;
         for (int k = 0; k < presses; ++k, ++frame_) {
-            fibres_->set_input(0, inputs_[frame_ % frames].data());
+            fibres_->set_input(0, inputs_[frame_ % inputs_.size()].data());
             fibres_->forget_spikes();
             seconds += seconds_of([&] { fibres_->press(0, 1); });
             spikes_ += fibres_->spikes().size();
@@ -52,10 +53,11 @@ class Contender {
         return seconds;
     }
     double rate() const {
-        return double(spikes_) / (presses * dt) / double(fibres_->count());
+        return double(spikes_) / (presses * step_) / double(fibres_->count());
     } // Hz, of the last press()
 
   private:
+    const double step_; // s
     std::unique_ptr<model::FibrePopulation<f32>> fibres_;
     std::vector<std::vector<float>> inputs_;
     size_t frame_ = 0, spikes_ = 0;
@@ -79,23 +81,28 @@ double strain_for(double rate) {
 void spikes(Bench& bench) {
     std::vector<std::pair<Measurement, std::function<double()>>> all;
     std::vector<std::unique_ptr<Contender>> contenders;
-    const auto add = [&](Measurement r, model::Backend& backend, size_t n, double strain) {
-        auto& c = contenders.emplace_back(std::make_unique<Contender>(backend.fibres(kinds_of(n), 1), strain));
+    const auto add = [&](Measurement r, model::Backend& backend, size_t n, double strain, double step = dt) {
+        auto& c = contenders.emplace_back(std::make_unique<Contender>(backend.fibres(kinds_of(n), 1), strain, step));
         all.emplace_back(r, [&c = *c] { return c.press(); });
+    };
+    const auto row_of = [](Measurement r, long long n, const std::string& method) {
+        r.model = "located";
+        r.precision = "f32";
+        r.stencil = "";
+        r.method = method;
+        r.width = r.receptors = n;
+        r.height = 1;
+        r.steps = presses;
+        return r;
     };
     for (const double rate : {10.0, 62.0}) {
         const double strain = strain_for(rate);
+        if (rate == 10)
+            for (const double step : {1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
+                add(row_of(bench.cpu("spikes-steps", 17000, 1), 17000, fmt::format("{:g}", step)),
+                    *Device::cpu(1).impl().backend, 17000, strain, step);
         for (const long long n : {17000LL, 230000LL}) {
-            const auto row = [&](Measurement r) {
-                r.model = "located";
-                r.precision = "f32";
-                r.stencil = "";
-                r.method = fmt::format("exact-{:.0f}Hz", rate);
-                r.width = r.receptors = n;
-                r.height = 1;
-                r.steps = presses;
-                return r;
-            };
+            const auto row = [&](const Measurement& r) { return row_of(r, n, fmt::format("exact-{:.0f}Hz", rate)); };
             for (const int threads : {1, bench.cores})
                 add(row(bench.cpu("spikes", n, threads)), *Device::cpu(threads).impl().backend, size_t(n), strain);
             if (bench.vulkan) add(row(bench.on_vulkan("spikes", n)), *bench.vulkan->impl().backend, size_t(n), strain);

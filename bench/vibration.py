@@ -15,6 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from drawing import BLUE, GREY, VERMILLION, key, plt, save
+
 WIDTH, HEIGHT, SPACING = 240, 120, 5e-5  # cells, m
 RIDGES = 100  # ridge periods after which a texture repeats itself: lines of the spectrum are 1 % of v/lambda apart
 WAIT = 25  # ridge periods that pass before: the jump at the start is over
@@ -23,7 +25,6 @@ TEXTURES = range(1, 7)  # seeds
 SPEEDS, SPEED = (0.02, 0.05, 0.1, 0.15, 0.2), 0.1  # m/s
 PERIODS, PERIOD = (300, 400, 460, 500, 600), 460  # um from ridge to ridge
 WAYS = ("across", "along", "even")
-BLUE, VERMILLION, GREY = "#0072B2", "#D55E00", "#888888"
 SKIN = f"""
 preset = "fingertip"
 [grid]
@@ -126,10 +127,6 @@ def measure(dermis):
 
 
 def draw(found, picture):
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    from PIL import Image  # matplotlib's own requirement
     figure, (lines, speeds, periods) = plt.subplots(1, 3, figsize=(9.5, 3.4), width_ratios=(1.6, 1, 1))
     base = SPEED / PERIOD * 1e6
     shown = {way: np.convolve(found[way, PERIOD, SPEED], np.ones(5) / 5, "same")[5:300] for way in WAYS}
@@ -141,7 +138,7 @@ def draw(found, picture):
     lines.text(base + 8, 8, f"v/λ = {base:.0f} Hz", fontsize=8, va="center")
     lines.set(xlim=(0, 3 * base), ylim=(1e-11, 50), xlabel="frequency (Hz)")
     lines.set_title("power of FA2 over its greatest\n(ridges 0.46 mm, 100 mm/s)", fontsize=9)
-    figure.legend(fontsize=8, frameon=False, ncol=3, loc="lower left", bbox_to_anchor=(0.02, -0.01))
+    key(figure, *lines.get_legend_handles_labels(), ncol=3)
     for axis, values, unit, fixed, title in (
             (speeds, SPEEDS, 1e3, lambda v: ("across", PERIOD, v), "greatest power, by speed\n(ridges 0.46 mm)"),
             (periods, PERIODS, 1e-3, lambda p: ("across", p, SPEED), "greatest power, by ridges\n(100 mm/s)")):
@@ -162,10 +159,7 @@ def draw(found, picture):
         axis.xaxis.label.set_fontsize(9)
         axis.yaxis.label.set_fontsize(9)
         axis.grid(alpha=0.3)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
-    figure.canvas.draw()
-    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+    save(figure, picture)
 
 
 def main(dermis, picture, quick=""):

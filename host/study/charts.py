@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Error against time, and the stability of methods: runs of closed_form.toml and stability.toml, as tables."""
-import io
-
+"""Error against time: runs of closed_form.toml, as a table."""
 import numpy as np
 
 STEPS = [0.64 / 2**k for k in range(7)]  # s
-METHODS = ["euler", "rk2", "rk4", "backward-euler", "crank-nicolson", "sdirk2", "exact"]
-LADDER = 10 ** (np.arange(-30, 31) / 5)  # z, the step over the retardation time
-FAILURES = {"euler": 2.1, "rk2": 2.1, "crank-nicolson": 20, "sdirk2": 8.24, "backward-euler": 8.24, "exact": 8.24}  # z
-CELLS = [*LADDER, *sorted(set(FAILURES.values()))]  # the z of each cell of stability.toml
 
 
 def error_against_time(r, vulkan):
@@ -30,26 +24,3 @@ def error_against_time(r, vulkan):
             lines.append(",".join(map(str, [alike[0]["method"], precision, device, alike[0]["time.step"], taken, strain, fa1,
                                             cell / taken, cell / 2.56])))
     r.write("chart.csv", "\n".join(lines) + "\n")
-
-
-def stability(r):
-    """Writes the greatest error of the strain under a held load within 3/z steps, at least 50 and at most 3000; and the
-    strains of the first 12 steps where methods fail."""
-    viscosities = io.BytesIO()
-    np.save(viscosities, 1 / np.array([CELLS]))
-    r.write("stability/viscosity.npy", viscosities.getvalue())
-    settings = [f"grid.width={len(CELLS)}", f"output.probes={[[x, 0] for x in range(len(CELLS))]}",
-                f"material.viscosity='{(r.out / 'stability/viscosity.npy').resolve()}'"]
-    errors, courses = ["method,precision,z,steps,error"], ["method,z,step,strain"]
-    for method, precision in [(method, "f64") for method in METHODS] + [("exact", "f32")]:
-        traces = r.traces(r.run(f"stability/{method}_{precision}", "stability.toml", [f"method={method}", *settings],
-                                precision=precision))
-        for cell, z in enumerate(LADDER):
-            steps = int(np.clip(np.ceil(3 / z), 50, 3000))
-            error = np.abs(traces[f"strain_probe{cell}"][:steps + 1] + np.expm1(-z * np.arange(steps + 1))).max()
-            errors.append(f"{method},{precision},{z},{steps},{error if np.isfinite(error) else 'inf'}")
-        if precision == "f64" and method in FAILURES:
-            strain = traces[f"strain_probe{CELLS.index(FAILURES[method])}"][:13]
-            courses += [f"{method},{FAILURES[method]},{n},{value}" for n, value in enumerate(strain)]
-    r.write("stability.csv", "\n".join(errors) + "\n")
-    r.write("failures.csv", "\n".join(courses) + "\n")

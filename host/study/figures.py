@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Draws figures 3 to 12 of the published study, error against cost and stability into the folder figures."""
+"""Draws figures 3 to 12 of the published study and error against cost into the folder figures."""
 import io
 from collections import namedtuple
 from concurrent.futures import ProcessPoolExecutor
@@ -281,57 +281,8 @@ def error_vs_time(study):
     save(figure, study, "error_vs_time")
 
 
-# Explicit methods are unstable beyond their limit of z; the others are stable everywhere.
-STABILITY_LIMITS = {"euler": 2, "rk2": 2, "rk4": 2.7853}
-STABILITY_COLOURS = {"euler": VERMILLION, "rk2": ORANGE, "rk4": PURPLE, "backward-euler": GREEN, "crank-nicolson": "grey",
-                     "sdirk2": "saddlebrown", "exact": BLUE}
-
-
-def draw_stability(axes, rows):
-    error_axes(axes, 1e4)
-    for method, colour in STABILITY_COLOURS.items():
-        for precision in ("f32", "f64"):
-            line = rows[(rows["method"] == method) & (rows["precision"] == precision)]
-            if not line.size:
-                continue
-            bare, limit = method != "exact", STABILITY_LIMITS.get(method, np.inf)
-            error = np.clip(line["error"], ZERO, 1e6)
-            stable = line["z"] <= limit
-            axes.plot(line["z"][stable], error[stable], color=colour, lw=1.6 if bare else 2.4,
-                      ls="--" if precision == "f32" or method == "backward-euler" else "-",
-                      label=method if bare else f"{method}, {precision}")
-            if not stable.all():
-                last = np.flatnonzero(stable)[-1]
-                axes.plot(line["z"][last:], error[last:], color=colour, ls=":", lw=1.6)
-    axes.plot([], [], color="black", ls=":", label="unstable: refused")
-    capped = rows["z"][rows["steps"] == rows["steps"].max()].max()
-    axes.axvline(capped, color="black", lw=0.6)
-    axes.text(capped * 0.8, 0.5, f"runs end at\n{rows['steps'].max():g} steps, before\nthe strain settles", ha="right",
-              va="bottom", fontsize=8.5)
-    axes.set(xlabel="step over retardation time, z = dt/tau", ylabel="greatest error / final strain",
-             title=f"held load, first 3/z steps ({rows['steps'].min():g} to {rows['steps'].max():g})")
-    axes.legend(loc="lower right", bbox_to_anchor=(1, 0.06), fontsize=8)
-
-
-@plt.rc_context({"font.size": 10, "legend.fontsize": 9})
-def stability(study):
-    rows = np.genfromtxt(study.out / "stability.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    courses = np.genfromtxt(study.out / "failures.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    figure, (errors, failures) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=[3, 2])
-    draw_stability(errors, rows)
-    for method in dict.fromkeys(courses["method"]):
-        line = courses[courses["method"] == method]
-        failures.plot(line["step"], line["strain"], color=STABILITY_COLOURS[method], marker="o", ms=3,
-                      label=f"{method}, z = {line['z'][0]:g}")
-    failures.axhline(1, color="black", lw=0.8, ls=":")
-    failures.set(xlabel="step", ylabel="strain / (pressure/modulus)", ylim=(-1.5, 3.2),
-                 title="euler and rk2 fail; crank-nicolson rings, but settles")
-    failures.legend(fontsize=8, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
-    save(figure, study, "stability")
-
-
 FIGURES = {figure.__name__: figure for figure in (figure_03, figure_04, figure_05, figure_06, figure_07, figure_08, figure_09,
-                                                  figure_10, figure_11, figure_12, error_vs_time, stability)}
+                                                  figure_10, figure_11, figure_12, error_vs_time)}
 
 
 def draw(name, out):

@@ -87,7 +87,6 @@ def reproduce(r):
         r.run_map(key)
     text = claims.text_of(r)
     charts.error_against_time(r, vulkan)
-    charts.stability(r)
     figures.draw_all(r.out)
     r.write("claims.md", text)
     r.write("index.html", page.page_of(text, figures.FIGURES))

@@ -24,7 +24,8 @@ def programs_of(call, dermis, bench, top):
     if call == "./run study":
         return [[PYTHON, "-B", top / "host/study/study.py", dermis]]
     if call == "./run bench":
-        drawn = [[PYTHON, top / f"bench/{name}.py", dermis, f"out/{name}.png"] for name in ("spectrum", "tolerance")]
+        drawn = [[PYTHON, top / f"bench/{name}.py", dermis, f"out/{name}.png", *["results.csv"] * (name == "spikes")]
+                 for name in ("long", "needs", "spectrum", "spikes", "stability", "tolerance")]
         return [[bench, "--quick", "--out", "results.csv"], [PYTHON, top / "bench/report.py", "results.csv", "out"], *drawn]
     script = re.fullmatch(r"(?:/usr/bin/)?python3 (bench/\w+\.py) build/release/dermis (\w+\.png)", call)
     if not script:

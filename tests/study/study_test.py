@@ -102,7 +102,7 @@ def test_on_the_fingertip_a_held_pressure_strains_by_pressure_over_modulus_over_
 def test_the_page_has_each_figure_beside_its_claims():
     page = (out / "index.html").read_text()
     sections = re.findall(r"<section.*?</section>", page, re.S)
-    check(len(sections) == 12, f"{len(sections)} sections")
+    check(len(sections) == 11, f"{len(sections)} sections")
     for section in sections:
         picture = re.search(r'<img src="(.*?)"', section)[1]
         check((out / picture).read_bytes()[:4] == b"\x89PNG", picture)

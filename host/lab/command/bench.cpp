@@ -214,7 +214,11 @@ int bench_errors(const std::string& path, const std::string& out, const std::str
     output::write_file(folder.path() / "errors.csv", table_of(ways));
     fmt::print("{}\n", (folder.path() / "errors.csv").string());
     std::fflush(stdout);
-    if (output::draw(plot_script, folder.path(), {"errors"}).empty())
+    Scene free = scene; // has the default tolerance
+    free.tolerance.reset();
+    const double tolerance = scene.tolerance.value_or(plan(free, cpu).tolerance);
+    const std::string file = output::Path(path).filename().string();
+    if (output::draw(plot_script, folder.path(), {"errors", file, shortest(tolerance)}).empty())
         fmt::print("{}\n", (folder.path() / "errors.png").string());
     return std::ranges::any_of(ways, &Way::broken);
 }

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Pictures of what the command leaves in a folder: a run or a sweep, with a page; a fit; the errors of a bench.
 
-The command runs this file with a folder, what to draw ("run", "fit" or "errors") and of a run the units of all keys.
+The command runs this file with a folder, what to draw ("run", "fit" or "errors") and of a run the units of all keys, of
+errors the scene's name and its tolerance.
 The Python package has it as dermis._plot. It needs NumPy and matplotlib.
 """
 from __future__ import annotations
@@ -501,28 +502,62 @@ def fit(rows: list[dict[str, str]]) -> Figure:
     return figure
 
 
-def errors(rows: list[dict[str, str]]) -> Figure:
-    """Draw the error of each way to compute a scene over the time that it takes, and a line up to its bound."""
-    figure, panels = _figure(1, 1, 7.5, 5)
+# The methods of a family share a colour; their markers differ.
+FAMILIES = {"exact": (BLUE, "o"), "euler": (VERMILLION, "o"), "rk2": (VERMILLION, "<"), "rk4": (VERMILLION, "^"),
+            "backward-euler": (GREEN, "v"), "crank-nicolson": (GREEN, "s"), "sdirk2": (GREEN, ">")}
+
+
+def _plain(x: float, _: Any = None) -> str:
+    """Return what an axis says at a power of ten."""
+    return f"{x:g}" if 0.0009 < x < 2000 else f"$10^{{{np.log10(x):.0f}}}$"
+
+
+def errors(rows: list[dict[str, str]], scene: str, tolerance: float) -> Figure:
+    """Draw the error of each way to compute a scene over the time that it takes, and a line up to its bound.
+
+    No label stands over another. The points of a Vulkan device are open.
+    """
+    figure, panels = _figure(1, 1, 8, 5.5)
     panel = panels[0, 0]
     taken = [row for row in rows if row["seconds"]]
+    kept = [row for row in taken if row["bound"] and float(row["bound"]) <= tolerance]
+    best = min(kept, key=lambda row: float(row["seconds"]), default=None)
+    panel.set_title(f"{scene}: the tolerance of {tolerance:g} is kept " + (
+        f"in {1e3 * float(best['seconds']):.3g} ms, by {best['model']} in {best['precision']}" if best else "by no way"), fontsize=11)
     least = 0.3 * min((float(row["error"]) for row in taken if float(row["error"]) > 0), default=1e-17)
-    names = list(dict.fromkeys(row["method"] for row in taken))
-    for i, name in enumerate(names):
+    names: list[tuple[float, float, str, str]] = []
+    for name in dict.fromkeys(row["method"] for row in taken):
+        colour, marker = FAMILIES[name]
         own = [row for row in taken if row["method"] == name]
-        seconds = [float(row["seconds"]) for row in own]
-        spread = np.abs([[float(row[f"seconds_{end}"]) for row in own] for end in ("low", "high")] - np.array(seconds))
-        values = [max(float(row["error"]), least) for row in own]  # an error of 0 lies on the lower border
-        exact = name == "exact"
-        panel.errorbar(seconds, values, xerr=spread, fmt="o" if exact else "o-", markersize=4, linewidth=0.8,
-                       color=VERMILLION if exact else _colour(i, len(names)), label=name)
-        for row, x, y in zip(own, seconds, values):
+        points = [(1e3 * float(row["seconds"]), max(float(row["error"]), least)) for row in own]  # 0 lies on the lower border
+        if name != "exact":
+            panel.plot(*zip(*points), color=colour, linewidth=0.8)
+        for row, (x, y) in zip(own, points):
+            on_device = name == "exact" and row["device"] != "cpu"
+            spread = [[abs(1e3 * float(row[f"seconds_{end}"]) - x)] for end in ("low", "high")]
+            panel.errorbar([x], [y], xerr=spread, fmt=marker, color=colour, markersize=5, elinewidth=0.8,
+                           markerfacecolor="white" if on_device else colour)
             if row["bound"]:
-                panel.plot([x, x], [y, max(float(row["bound"]), least)], color=VERMILLION, linewidth=0.6)
-            if exact:
-                panel.annotate(f" {row['model']} {row['precision']}", (x, y), fontsize=7, rotation=45, va="bottom")
-    panel.set(xscale="log", yscale="log", xlabel="time of a run (s)", ylabel="greatest error (1)")
-    _legend(panel, 4)
+                panel.plot([x, x], [y, max(float(row["bound"]), least)], color=colour, linewidth=0.6)
+            if name == "exact":
+                names.append((x, y, f"{row['model']} {row['precision']}" + ", Vulkan" * on_device, colour))
+        names += [] if name == "exact" else [(*points[-1], name, colour)]
+    panel.axhline(tolerance, color="black", linestyle=":", linewidth=1)
+    panel.text(0.01, tolerance, "tolerance", transform=panel.get_yaxis_transform(), va="bottom", fontsize=8)
+    panel.set(xscale="log", yscale="log", xlabel="time of a run (ms)", ylabel="greatest error / greatest value (1)")
+    for axis, digits in ((panel.xaxis, (1, 2, 5)), (panel.yaxis, (1,))):
+        axis.set_major_locator(matplotlib.ticker.LogLocator(subs=digits, numticks=8))
+        axis.set_major_formatter(_plain)
+        axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    figure.draw_without_rendering()  # places the axes
+    written: list[tuple[float, float]] = []  # points
+    for x, y, name, colour in sorted(names, key=lambda one: one[1]):
+        right, own = panel.transData.transform((x, y)) * 72 / figure.dpi
+        high = own
+        while any(abs(r - right) < 120 and abs(h - high) < 10 for r, h in written):
+            high += 10 if colour == BLUE else -10  # the exact ways lie at the lower border, others often at the upper one
+        written.append((right, high))
+        panel.annotate(name, (x, y), (7, high - own), textcoords="offset points", va="center", fontsize=8, color=colour)
     return figure
 
 
@@ -615,12 +650,13 @@ def figures_of(source: Run | Sweep) -> dict[str, Figure]:
     return {name: figure for name, figure in drawings.items() if figure}
 
 
-def main(folder: Path, what: str, units: str = "{}") -> None:
+def main(folder: Path, what: str, *more: str) -> None:
     if what == "run":
-        source = read(folder, lambda key: json.loads(units).get(key, ""))
+        source = read(folder, lambda key: json.loads(more[0] if more else "{}").get(key, ""))
         write(folder, source, figures_of(source))
     else:
-        figure = {"fit": fit, "errors": errors}[what](_read(folder / f"{what}.csv"))
+        rows = _read(folder / f"{what}.csv")
+        figure = fit(rows) if what == "fit" else errors(rows, more[0], float(more[1]))
         _write(folder / f"{what}.png", _drawn(figure, "png"))
 
 

@@ -256,3 +256,25 @@ def test_a_pattern_is_drawn_only_if_one_moves(runs):
     drawn = [list(dermis.plot(moving(load))) for load in (still, [wave, even], [wave, wave])]
     assert drawn == [["skin", "spikes"], ["skin", "spikes", "events"], ["skin", "spikes"]]
     assert "events" not in dermis.plot(runs["fibres"])
+
+
+WAYS = [("exact", "moments", "f64", "cpu", "0.02", "1e-16", "1e-15"), ("exact", "march", "f32", "cpu", "0.01", "1e-6", "2e-4"),
+        ("exact", "march", "f32", "a device", "0.05", "1e-6", "2e-4"),
+        *((name, "march", "f64", "cpu", "0.03", "1e-3", "") for name in ("euler", "rk2", "rk4", "backward-euler", "sdirk2"))]
+
+
+def test_the_errors_of_a_scene_say_which_way_keeps_its_tolerance_and_families_share_a_colour():
+    names = ("method", "model", "precision", "device", "seconds", "error", "bound")
+    rows = [dict(zip(names, way), seconds_low=way[4], seconds_high=way[4]) for way in WAYS]
+    figure = dermis._plot.errors(rows, "press.toml", 1e-4)
+    axes, = figure.axes
+    assert axes.get_title() == "press.toml: the tolerance of 0.0001 is kept in 20 ms, by moments in f64"
+    assert any(list(line.get_ydata()) == [1e-4, 1e-4] and line.get_linestyle() == ":" for line in axes.lines)
+    colours = {text.get_text(): text.get_color() for text in axes.texts}
+    assert colours["euler"] == colours["rk4"] != colours["sdirk2"] != colours["moments f64"] == colours["march f32, Vulkan"]
+    figure.canvas.draw()
+    assert all("times" not in text.get_text() for text in [*axes.get_xticklabels(), *axes.get_yticklabels()])
+    written = [text.get_window_extent() for text in axes.texts]
+    assert not any(one.overlaps(other) for i, one in enumerate(written) for other in written[:i])
+    strict = dermis._plot.errors(rows, "press.toml", 1e-15 / 2)
+    assert strict.axes[0].get_title() == "press.toml: the tolerance of 5e-16 is kept by no way"

@@ -1,23 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Spike times of afferents under a sine from rest against the step, by dermis and as others take them, beside a
-reference without steps: afferents.py dermis picture.png
+"""Spike times of afferents under a sine from rest against the step and its cost, by dermis and as others take them, beside
+a reference without steps.
 
-The functions of other methods take an afferent model as a dictionary, whose keys are the members of AfferentModel, and
-q's amplitude, frequency (Hz) and duration (s): q = amplitude*sin(2*pi*hz*t). Each returns spike times in s.
+    spikes.py dermis [picture.png results.csv]
+
+Costs are those of a run of dermis-bench. The functions of other methods take an afferent model as a dictionary, whose keys
+are the members of AfferentModel, and q's amplitude, frequency (Hz) and duration (s): q = amplitude*sin(2*pi*hz*t). Each
+returns spike times in s.
 """
+import csv
 import json
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image  # matplotlib's own requirement
 from scipy import signal
 from scipy.linalg import expm
+
+from drawing import BLUE, GREEN, ORANGE, PURPLE, chart, figure, key, logarithmic, rule, save
 
 COARSE, HALVINGS = 2.0**-15, 32  # s: the reference's longest step, and how often it is halved: to 7e-15 s
 
@@ -187,7 +188,7 @@ CASES = {
         "time_constants": [3.371e-4], "frequency": 264.6, "quality": 1.157, "value": 0.0, "rate": 1.0,
         "gains": [(0, 0), (4.341e-3, 5.5e-7), (0, 0)], "membrane_time": 1.241e-3, "refractory_time": 3.16e-3}),
 }
-STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
+STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 SECONDS = 1.0
 SCENE = """
 [grid]
@@ -213,9 +214,12 @@ duration = {seconds}
 [output]
 traces = []
 """
-METHODS = {"forward Euler": (euler, "#D55E00", "o"),
-           "backward Euler filter (Ouyang et al. 2021)": (backward_euler, "#E69F00", "s"),
-           "TouchSim's recursion (Saal et al. 2017)": (touchsim_recursion, "#009E73", "^")}
+FRAMES, SINE = "dermis, by frames", "dermis, given the sine"
+METHODS = {  # how, a colour, a marker, and the row of dermis-bench that has the cost of a step
+    "forward Euler": (euler, ORANGE, "o", "integrate-and-fire"),
+    "backward Euler filter\n(Ouyang et al. 2021)": (backward_euler, PURPLE, "s", "ouyang"),
+    "TouchSim's recursion\n(Saal et al. 2017)": (touchsim_recursion, GREEN, "^", "touchsim"),
+    FRAMES: (None, BLUE, "D", None), SINE: (None, "black", "*", None)}
 
 
 def dermis(program, model, load, step, folder):
@@ -244,54 +248,73 @@ def sine(program, model, amplitude, hz, step, folder):
 
 def measured(program):
     """For each case its number of spikes, and for each method the median error (s), lost and invented at each step."""
-    found = {}
+    program, found = str(Path(program).resolve()), {}
     with tempfile.TemporaryDirectory() as folder:
         for title, (hz, amplitude, model) in CASES.items():
             wanted = reference(model, amplitude, hz, SECONDS)
             within = np.diff(wanted).min() / 2
-            ways = {method: lambda step, f=f: f(model, amplitude, hz, SECONDS, step)
-                    for method, (f, _, _) in METHODS.items()}
-            ways["dermis, frames at the step"] = lambda step: frames(program, model, amplitude, hz, step, folder)
-            ways["dermis, the load a sine"] = lambda step: sine(program, model, amplitude, hz, step, folder)
             rows = {}
-            for method, spikes_of in ways.items():
+            for method, (f, *_) in METHODS.items():
                 rows[method] = []
                 for step in STEPS:
-                    errors, lost, invented = match(spikes_of(step), wanted, within)
-                    median = np.median(np.abs(errors)) if len(errors) else np.nan
-                    rows[method].append((median, lost, invented))
-                    print(f"{title:18} {method:44} {step * 1e3:5g} ms: {len(wanted)} spikes, median error "
-                          f"{median * 1e3:.2g} ms, {lost} lost, {invented} invented", flush=True)
-            found[title] = len(wanted), rows
+                    spikes = f(model, amplitude, hz, SECONDS, step) if f else (frames if method == FRAMES else sine)(
+                        program, model, amplitude, hz, step, folder)
+                    errors, lost, invented = match(spikes, wanted, within)
+                    rows[method].append((np.median(np.abs(errors)) if len(errors) else np.nan, lost, invented))
+            found[title] = len(wanted), {method: np.array(values) for method, values in rows.items()}
     return found
 
 
-def draw(found, picture):
-    style = {**{m: (c, k) for m, (_, c, k) in METHODS.items()}, "dermis, frames at the step": ("#0072B2", "D"),
-             "dermis, the load a sine": ("#000000", "*")}
-    figure, axes = plt.subplots(2, 3, figsize=(10, 5.6), sharex=True, constrained_layout=True)
-    steps = np.array(STEPS) * 1e3
-    for column, (title, (count, rows)) in enumerate(found.items()):
-        top, below = axes[:, column]
+def claims(found):
+    wrong = {(case[:3], method): (values[:, 1] + values[:, 2]) / count for case, (count, rows) in found.items()
+             for method, values in rows.items()}
+    median = {(case[:3], method): values[:, 0] for case, (_, rows) in found.items() for method, values in rows.items()}
+    others = [method for method in METHODS if method not in (FRAMES, SINE)]
+    return {"given the sine, dermis has every spike and none more at every step up to 10 ms": all(
+        not wrong[case[:3], SINE].any() for case in CASES),
+        "half of them to 0.2 us": all(np.nanmax(median[case[:3], SINE]) < 2e-7 for case in CASES),
+        "by frames it has every spike to steps of 10 ms (SA1, 10 Hz), 5 ms (FA1, 50 Hz) and 1 ms (FA2, 250 Hz)": not any(
+            wrong[case, FRAMES][STEPS.index(step):].any() for case, step in (("SA1", 1e-2), ("FA1", 5e-3), ("FA2", 1e-3))),
+        "and none at twice the last two steps, from which no frame tells of the sine": all(
+            wrong[case, FRAMES][STEPS.index(step)] == 1 for case, step in (("FA1", 1e-2), ("FA2", 2e-3))),
+        "at steps of 5 and 10 ms every other method loses or invents 60 % and more of every class": all(
+            (wrong[case[:3], method][:2] >= 0.6).all() for case in CASES for method in others),
+        "at 1 ms forward Euler loses and invents more spikes of FA1 than there are, backward Euler has none of FA2, TouchSim's "
+        "recursion loses a third of FA1": wrong["FA1", others[0]][3] > 1 and wrong["FA2", others[1]][3] == 1
+        and abs(wrong["FA1", others[2]][3] - 1 / 3) < 0.01}
+
+
+def costs(rows):
+    """ns of one thread for a fibre and simulated second, by method at each step: rows of dermis-bench."""
+    def ns(row):
+        return 1e9 * float(row["wall_least_s"]) / float(row["steps"]) / float(row["receptors"]) * max(int(row["threads"]), 1)
+    by_step = {float(r["method"]): ns(r) for r in rows if r["workload"] == "spikes-steps"}
+    a_step = {r["method"]: ns(r) for r in rows if r["workload"] == "spikes" and r["wall_least_s"]}
+    return {method: np.array([(by_step.get(step, np.nan) if row is None else a_step.get(row, np.nan)) / step for step in STEPS])
+            for method, (_, _, _, row) in METHODS.items()}
+
+
+def draw(found, picture, table):
+    with open(table, newline="") as file:
+        cost = costs(list(csv.DictReader(file)))
+    drawn, axes = figure(2, 3, 5.8, "Given the load, dermis has each spike at any step; others lose and invent", sharex=True, sharey="row")
+    for (top, below), (title, (count, rows)) in zip(axes.T, found.items()):
+        logarithmic(top)
+        logarithmic(below, y=False)
         for method, values in rows.items():
-            colour, mark = style[method]
-            errors, lost, invented = np.array(values).T
-            top.loglog(steps, errors * 1e3, marker=mark, color=colour, label=method, markersize=5)
-            below.semilogx(steps, 100 * (lost + invented) / count, marker=mark, color=colour, markersize=5)
-        top.set_title(f"{title}: {count} spikes", fontsize=9)
-        below.set_yscale("symlog", linthresh=1)
-        below.set_xlabel("step (ms)", fontsize=9)
-    axes[0, 0].set_ylabel("median error of a spike's time (ms)", fontsize=9)
-    axes[1, 0].set_ylabel("spikes lost and invented (%)", fontsize=9)
-    for axis in axes.flat:
-        axis.tick_params(labelsize=8)
-        axis.grid(alpha=0.3)
-    figure.get_layout_engine().set(rect=(0, 0, 1, 0.91))
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper center", ncol=3, fontsize=8, frameon=False)
-    figure.canvas.draw()
-    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+            _, colour, mark, _ = METHODS[method]
+            error, wrong = values[:, 0] * 1e3, 100 * (values[:, 1] + values[:, 2]) / count
+            top.plot(cost[method], np.maximum(error, 1e-9), marker=mark, color=colour)
+            below.plot(cost[method], np.minimum(wrong, 200), marker=mark, color=colour)
+        rule(top, 1e-3, "float: 1 us" if title.startswith("SA1") else "", "left")
+        top.set(title=f"{title}: {count} spikes", ylim=(1e-7, 100))
+        below.set(xlabel="ns a fibre and second\n(steps of 10 to 0.1 ms)", ylim=(-5, 210))
+        below.set_yticks((0, 50, 100, 150, 200), ("0", "50", "100", "150", "200+"))
+    axes[0, 0].set_ylabel("median error of a time (ms)")
+    axes[1, 0].set_ylabel("lost and invented (%)")
+    key(drawn, *zip(*[(axes[0, 0].plot([], [], marker=m, color=c)[0], name) for name, (_, c, m, _) in METHODS.items()]), 0.1, ncol=5)
+    save(drawn, picture)
 
 
 if __name__ == "__main__":
-    draw(measured(str(Path(sys.argv[1]).resolve())), sys.argv[2])
+    chart(measured, claims, draw)
