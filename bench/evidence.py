@@ -20,7 +20,8 @@ import numpy as np
 import evidence_fields as places
 import evidence_spikes as spikes
 import vibration
-from evidence_row import DATA, HERE, SOURCES, VERMILLION, Row, data, lines_of, run, save
+from drawing import VERMILLION
+from evidence_row import DATA, HERE, SOURCES, Row, data, lines_of, run, save
 
 FILES = ("rows.csv", "adaptation.csv", "heldout.csv", "bar.csv", "rates.csv", "spheres.csv", "fields.csv", "thresholds.csv",
          "edges.csv", "afferents.csv", "press.csv", "reach.csv",

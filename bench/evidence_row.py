@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 import drawing
-from drawing import BLUE, GREEN, GREY, VERMILLION
 
 HERE = Path(__file__).parent
 DATA = HERE / "evidence"

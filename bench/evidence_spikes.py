@@ -10,7 +10,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import touchsim
-from evidence_row import BLUE, GREEN, GREY, VERMILLION, Row, data, fire, run, save
+from drawing import BLUE, GREEN, GREY, VERMILLION
+from evidence_row import Row, data, fire, run, save
 
 CLASSES = {"sa1": "sa1", "ra": "fa1", "pc": "fa2"}  # of the data, and what dermis calls them
 DEPTHS = {"sa1": 0.3e-3, "ra": 0.5e-3, "pc": 2e-3}  # m, those of the fit
