@@ -83,8 +83,11 @@ TEST_CASE("plot draws spikes and the pattern that moves, and the next run remove
     const std::string out = (folder / "out").string(), run = "run " + scene + " --device cpu --out " + out;
     REQUIRE(command(folder, run).status == 0);
     const std::string files = names_in(out);
+    const auto loads = output::Json::parse(slurp(fs::path(out) / "summary.json"))["loads"];
+    CHECK(loads.dump() == R"([{"kind":"linear","control":"pressure","intensity":30000.0,"envelope":"step",)"
+                          R"("center":[10,10],"radius":0,"radius_y":0}])");
     REQUIRE(command(folder, "plot " + out).status == 0);
-    for (const char* picture : {"events.png", "events.svg", "receptors.png", "spikes.png"})
+    for (const char* picture : {"events.png", "events.svg", "receptors.png", "skin.svg", "spikes.png"})
         CHECK(fs::exists(fs::path(out) / picture));
     REQUIRE(command(folder, run).status == 0);
     CHECK(names_in(out) == files);

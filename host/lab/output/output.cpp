@@ -154,7 +154,7 @@ Json summary_of(const Scene& s, const Result& r, Json json) {
     Json& loads = json["loads"] = Json::array();
     for (size_t i = 0; i <= s.more_loads.size(); ++i) {
         const Load& l = i ? s.more_loads[i - 1] : s.load;
-        const Cell center = l.center.value_or(Cell{});
+        const Cell center = l.center.value_or(Cell{s.grid.width / 2, s.grid.height / 2});
         Json load = {{"kind", scene::text_of(l.kind)}, {"control", scene::text_of(l.control)}};
         load.update({{"intensity", l.intensity}, {"envelope", scene::text_of(l.envelope.kind)}});
         load.update({{"center", {center.x, center.y}}, {"radius", l.radius.value_or(0)}});
