@@ -210,7 +210,7 @@ def devices_claims(rows):
 def pads(rows):
     """Batches by the number of pads, beside single skins with as many cells and loops of their own."""
     shapes = {(4, 4): PURPLE, (8, 8): VERMILLION, (16, 16): ORANGE, (20, 25): BLUE, (64, 64): GREEN}
-    drawn, (axes,) = figure(1, 2, 4.6, "Pads in one call cost what one skin of as many cells does")
+    drawn, (axes,) = figure(1, 2, 4.6, "Pads in one call cost about what one skin of as many cells does")
     for axis, vulkan, title in zip(axes, (False, True), ("CPU, one thread", f"Vulkan ({driver(rows)})")):
         mine = [r for r in rows if r["precision"] == "f32" and (
             on_vulkan(r) if vulkan else not on_vulkan(r) and r["threads"] == "1")]
