@@ -57,7 +57,7 @@ def error_axis(axis, top, words="0: no bit is off"):
     axis.set_yticks([ZERO, *decades], ["0", *map(plain, decades)])
     axis.yaxis.set_minor_locator(matplotlib.ticker.NullLocator())
     axis.axhline(4 * ZERO, color="black", linewidth=0.7)
-    axis.text(0.99, ZERO, words, transform=axis.get_yaxis_transform(), va="center", ha="right", fontsize=9, color=GREY)
+    axis.text(0.93, ZERO, words, transform=axis.get_yaxis_transform(), va="center", ha="right", fontsize=9, color=GREY)
 
 
 def rule(axis, value, text, side="right", across=False, colour=GREY, over="bottom"):

@@ -66,7 +66,7 @@ def work_precision(rows):
     first = ladders["exact", "f64", "march"][0]
     drawn, ((axis,),) = figure(1, 1, 5.2, "Steps buy digits; the exact step has them all at any length")
     logarithmic(axis, y=False)
-    error_axis(axis, 3e3, "")
+    error_axis(axis, 3e3, "0: not a bit is off")
     ends = []
     for (method, precision, model), ladder in ladders.items():
         words, colour, marker = METHODS[method] if model == "march" else ("moments: no cell is stepped", "black", "*")
@@ -82,12 +82,13 @@ def work_precision(rows):
         ends.append((x[-1], errors(stable)[-1], words, colour))
     axis.text(axis.get_xlim()[0] * 1.1, 1e2, "  x: refused as unstable", fontsize=9.5, color=GREY, va="bottom")
     rule(axis, 2.0**-24, "float rounds here", "left", over="top")
-    rule(axis, 2.0**-53, "double rounds here", "left", over="bottom")
-    axis.text(0.01, ZERO, "0: not a bit is off", transform=axis.get_yaxis_transform(), va="center", fontsize=9, color=GREY)
+    rule(axis, 2.0**-53, "double rounds here", "left", over="top")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axis.set(xlabel=f"ms of a whole run, 2.56 s of {first['width']} x {first['height']} cells in 4 to "
              f"{max(int(r['steps']) for r in ladders['exact', 'f64', 'march'])} steps",
              ylabel="greatest error of strain / greatest strain")
-    named(axis, ends)
+    right = max(x for x, *_ in ends)
+    named(axis, [(right, *end) for _, *end in ends])
     return drawn
 
 
@@ -116,9 +117,9 @@ def stiff(rows):
         "held": {m: (METHODS[m][0], METHODS[m][1], METHODS[m][2], [r for r in of(rows, "stiff", method=m) if r["status"] == "ok"])
                  for m in ("rk4", "crank-nicolson", "exact")},
         "smooth": {m: (words, colour, marker, of(rows, "smooth", model=m)) for m, words, colour, marker in (
-            ("frames-linear", "dermis, frames,\nlines between", BLUE, "o"), ("frames-parabolic", "frames, parabolas", SKY, "^"),
-            ("sine", "dermis, given\nthe sine", BLUE, "D"))}}
-    for axis, workload, title in zip(axes, ("stiff", "smooth"), ("a held load", "a sine of 5 Hz")):
+            ("frames-linear", "frames, lines", BLUE, "o"), ("frames-parabolic", "frames, parabolas", SKY, "^"),
+            ("sine", "dermis, given the sine", BLUE, "D"))}}
+    for axis, workload, title in zip(axes, ("stiff", "smooth"), ("a held load", "a sine of 5 Hz; dermis by frames, solvers given it")):
         lines = series["held" if workload == "stiff" else "smooth"]
         lines["bdf"] = ("CVODE", "black", "*", of(rows, workload, model="bdf"))
         lines["lsoda"] = ("LSODA", ORANGE, "P", of(rows, workload, model="lsoda"))
@@ -130,8 +131,8 @@ def stiff(rows):
                 axis.plot([1e3 * r["least"] for r in ladder], errors(ladder), marker=marker, color=colour)
                 ends.append((1e3 * ladder[-1]["least"], errors(ladder)[-1], words, colour))
         rule(axis, 2.0**-53, "double", "right", over="top")
-        axis.set(title=f"{title}; elements of 4 ms, 70 ms, 1.4 s", xlabel="ms, 256 cells, one thread", ylim=(1e-17, 10))
-        named(axis, ends, apart=26 if workload == "smooth" else 13)
+        axis.set(title=title, xlabel="ms, 256 cells of 4 ms, 70 ms and 1.4 s", ylim=(1e-17, 10))
+        named(axis, ends)
     axes[0].set_ylabel("greatest error of strain / greatest strain")
     return drawn
 
@@ -187,7 +188,7 @@ def devices(rows):
         for name, (cells, ns) in lines.items():
             colour = colours.get(name, VERMILLION)
             axis.plot(cells, ns, "--" if name == "memory alone" else "o-", color="black" if name == "memory alone" else colour)
-            ends.append((cells[-1], ns[-1], name, "black" if name == "memory alone" else colour))
+            ends.append((max(line[0][-1] for line in lines.values()), ns[-1], name, "black" if name == "memory alone" else colour))
         axis.set(title=title, ylabel="ns per cell and press")
         axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         named(axis, ends)
@@ -209,7 +210,7 @@ def devices_claims(rows):
 def pads(rows):
     """Batches by the number of pads, beside single skins with as many cells and loops of their own."""
     shapes = {(4, 4): PURPLE, (8, 8): VERMILLION, (16, 16): ORANGE, (20, 25): BLUE, (64, 64): GREEN}
-    drawn, (axes,) = figure(1, 2, 4.6, "Pads in one call cost what one skin of as many cells does")
+    drawn, (axes,) = figure(1, 2, 4.6, "Pads in one call cost about what one skin of as many cells does")
     for axis, vulkan, title in zip(axes, (False, True), ("CPU, one thread", f"Vulkan ({driver(rows)})")):
         mine = [r for r in rows if r["precision"] == "f32" and (
             on_vulkan(r) if vulkan else not on_vulkan(r) and r["threads"] == "1")]
@@ -225,8 +226,9 @@ def pads(rows):
         axis.plot([r["cells"] for r in alone], [r["least_ns"] for r in alone], "*", color=BLUE, markersize=10,
                   label="skins of 20 x 25 one by one")
         axis.set(xlabel="cells of all pads", ylabel="ns per cell and press", title=title)
-    axes[0].plot([], [], "x:", color=GREY, label="a loop for this kind of pad alone")
-    axes[0].legend(fontsize=8.5, frameon=False)
+    axes[0].yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes[1].plot([], [], "x:", color=GREY, label="a loop for this kind of pad alone")
+    axes[1].legend(fontsize=8.5, frameon=False)
     return drawn
 
 

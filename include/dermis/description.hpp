@@ -86,8 +86,8 @@ enum class Fa2 { point, step_mean }; // see Receptors::fa2
 
 // How a pressure that is known by frames runs over the step from one frame to the next. linear: along a line.
 // parabolic: along the parabola through these two frames and the frame before them. For smooth loads a parabola is at
-// least four times as accurate; after a jump it is less so, and overshoots by an eighth of the jump. The first step from
-// rest, or after a pause, is linear.
+// least four times as accurate; after a jump it is less so, and overshoots by an eighth of the jump. The first step
+// from rest, or after a pause, is linear.
 enum class Hold { linear, parabolic };
 
 // What a press prescribes: a pressure, or a depth (strain = depth/thickness, whatever the material).

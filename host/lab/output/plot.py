@@ -278,17 +278,21 @@ def maps(run: Run) -> Figure | None:
 
 
 def skin(run: Run) -> Figure | None:
-    """Draw the places that loads press and those of afferents or receptors, if no field shows the skin."""
-    if run.fields or not run.loads:
+    """Draw the places that loads press and those of afferents or receptors, if no field shows the skin.
+
+    Of other kinds of loads no place is known.
+    """
+    loads = [load for load in run.loads if load["kind"] in ("linear", "circular", "point", "punch")]
+    if run.fields or not loads:
         return None
     figure, panels = _figure(1, 1, 4.5, 0.6 + 3.6 * float(np.clip(run.height / run.width, 0.2, 2)), run.narrow)
     panel, (unit, cell) = panels[0, 0], run.length()
-    for load in run.loads:
+    for load in loads:
         x, y = (cell * (at + 0.5) for at in load["center"] or (run.width // 2, run.height // 2))
         radius = cell * (load["radius"] or max(1, min(run.width, run.height) // 4))
         if load["kind"] == "linear":
             panel.axhspan(y - radius, y + radius, color="0.85")
-        elif load["kind"] in ("circular", "point", "punch"):
+        else:
             panel.add_patch(Ellipse((x, y), 2 * radius, 2 * (cell * (load["radius_y"] or 0) or radius), color="0.85"))
     for kind, colour in CLASSES.items():
         if own := [place for of, *place in run.fibres or run.receptors if of == kind]:

@@ -33,7 +33,7 @@ def test_the_page_of_the_package_links_to_no_file_that_is_not_beside_it():
     page = subprocess.run(["sh", "-c", script], cwd=TOP, capture_output=True, text=True, check=True).stdout
     assert re.findall(r"\]\((?!#)[^)]*\)", (TOP / "README.md").read_text())
     assert not re.findall(r"!\[|\]\((?!#|https?:)[^)]*\)", page)
-    assert "MODEL.md (`host/core/description/MODEL.md`) says" in page and page.startswith("# dermis\n")
+    assert "MODEL.md (`host/core/description/MODEL.md`) lists" in page and page.startswith("# dermis\n")
 
 
 def test_a_release_can_be_repeated_after_a_wheel_that_failed(tmp_path):
