@@ -68,7 +68,7 @@ def test_a_task_is_at_most_ten_lines(task):
 
 def test_a_measured_print_is_felt_by_its_receptors(tmp_path):
     figures = a_measured_print_with_200_receptors(tmp_path)
-    assert list(figures) == ["receptors"] and (tmp_path / "out/report.html").exists()
+    assert list(figures) == ["skin", "receptors"] and (tmp_path / "out/report.html").exists()
     titles = [axes.get_title() for axes in figures["receptors"].axes if axes.get_title()]
     assert [title.split(",")[0] for title in titles] == ["70 sites", "105 sites", "25 sites"]
 
@@ -77,7 +77,7 @@ def test_a_grating_of_1_mm_at_40_mm_per_s_vibrates_at_40_hz(tmp_path):
     figures, result = a_sliding_grating(tmp_path)
     fa1 = result["fa1"].probes[0][500:]
     assert np.fft.rfftfreq(fa1.size, 1e-3)[np.abs(np.fft.rfft(fa1 - fa1.mean())).argmax()] == pytest.approx(40, abs=1)
-    assert list(figures) == ["traces"]
+    assert list(figures) == ["skin", "traces"]
 
 
 def test_a_sweep_has_its_table_and_its_chart(tmp_path):
