@@ -321,6 +321,8 @@ typedef struct dermis_contact_pad {
                                // width*spacing/(2*pi) and height*spacing/(2*pi), at most 1e6
     float *shear_x, *shear_y; // Pa, finite, laid out as the pressure: the tractions along x and y, to which contacts in
                               // the world add the part of their force along the surface. NULL: none
+    int32_t keep; // 1: the body ends where the pad ends, as a flat finger does: the cells that a patch covers carry the
+                  // part of it beyond the border too. 0 beside tiled
 } dermis_contact_pad;
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that

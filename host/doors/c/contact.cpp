@@ -11,8 +11,8 @@ namespace contact = dermis::contact;
 
 contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argument) {
     const size_t versions[] = {offsetof(dermis_contact_pad, tiled), offsetof(dermis_contact_pad, radius_x),
-                               offsetof(dermis_contact_pad, shear_x)};
-    need_size(pad, argument, versions[0], versions[1], versions[2]);
+                               offsetof(dermis_contact_pad, shear_x), offsetof(dermis_contact_pad, keep)};
+    need_size(pad, argument, versions[0], versions[1], versions[2], versions[3]);
     const bool has_radii = pad->size > versions[1], has_shear = pad->size > versions[2];
     return {.width = pad->width,
             .height = pad->height,
@@ -23,7 +23,8 @@ contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argume
             .radius_x = has_radii ? pad->radius_x : 0,
             .radius_y = has_radii ? pad->radius_y : 0,
             .shear_x = has_shear ? pad->shear_x : nullptr,
-            .shear_y = has_shear ? pad->shear_y : nullptr};
+            .shear_y = has_shear ? pad->shear_y : nullptr,
+            .keep = pad->size > versions[3] && flag(pad->keep, std::string(argument) + "->keep")};
 }
 
 void dermis::c::need_report(const dermis_contact_report* report) {

@@ -56,7 +56,7 @@ static void contacts(void) {
     CHECK(strstr(text, "0.97 is lost to rounding") != NULL && strstr(text, "2147483647 turned away") != NULL);
 }
 
-/* Two pads side by side share a patch. A program of the first version knows no `tiled`. */
+/* Two pads side by side share a patch, and a pad keeps all of it. A program of the first version knows no `tiled`. */
 static void tiled_pads(void) {
     float left[CELLS] = {0}, right[CELLS] = {0};
     dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = left};
@@ -74,6 +74,11 @@ static void tiled_pads(void) {
     on.size = sizeof on;
     on.tiled = 2;
     REFUSED(dermis_add_contacts(&on, &shared, 1, &second), "pad->tiled = 2; allowed: 0, 1");
+    on.tiled = 0;
+    on.keep = 1;
+    CHECK(dermis_add_contacts(&on, &shared, 1, &second) == DERMIS_OK && near(second.placed, 0.02));
+    on.keep = 2;
+    REFUSED(dermis_add_contacts(&on, &shared, 1, &second), "pad->keep = 2; allowed: 0, 1");
 }
 
 /* A contact on the side of a ball presses the pad that has the ball's radii. A program of the second version knows
