@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // Parabolic hold: from frame to frame the pressure runs along the parabola through the last three frames. That it has
-// the same bits everywhere is tested where linear hold is: suites pads, state and skin.
+// the same bits everywhere is what the suite `ways` says.
 #include "dermis/vulkan.hpp"
 #include "host/lab/schedule/cell.hpp"
 #include "tests/support.hpp"

@@ -248,19 +248,6 @@ TEST_CASE("a material of its own in each of thousands of cells, and all elements
             for (int i = 0; sites && i < 2000; ++i)
                 d.sites.push_back({all_responses[i % 4], {i * 13 % d.grid.width, i * 7 % d.grid.height}});
             check_presses(context, d);
-            SkinOptions options;
-            options.count = 3;
-            Skin cpu(Device::cpu(1), d, options), device(vulkan.device(), d, options);
-            std::vector<float> pressures;
-            for (int pad = 0; pad < 3; ++pad)
-                for (float p : frame(d, pad)) pressures.push_back(p);
-            for (const std::vector<double>& steps : {std::vector<double>(3, 0.01), {0.02, 0.3, 0.01}}) {
-                for (Skin* skin : {&cpu, &device}) skin->press(pressures, steps);
-                for (Quantity q : all_responses) {
-                    const Skin::Response a = cpu.response(q), b = device.response(q);
-                    CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
-                }
-            }
         }
 }
 

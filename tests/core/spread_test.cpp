@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // labels: long threads
-// Receptors at depths in a skin that is pressed frame by frame: by closed forms, by scenes in f64, and by the bits of
-// every way. ways_test draws depths too.
-#include "host/core/cpu/stream.hpp"
+// Receptors at depths in a skin that is pressed frame by frame: by closed forms and by scenes in f64. That they have
+// the same bits by every way is what the suite `ways` says.
+#include "host/core/model/spread.hpp"
 #include "tests/allocations.hpp"
 #include "tests/drawn_skin.hpp"
 #include "tests/support.hpp"
@@ -222,63 +222,6 @@ TEST_CASE("pads of up to 8 x 8 cells have the sums over all cells, within 4 unit
     }
 }
 
-TEST_CASE("a batch at depths has the bits of single pads, by every instruction set and number of threads") {
-    struct Batch {
-        int width, height, pads;
-        double depth; // cells
-    };
-    Random r;
-    for (const Batch& b : {Batch{4, 4, 37, 0.5},
-                           {8, 8, 9, 1},
-                           {1, 1, 5, 1},
-                           {12, 12, 40, 1},
-                           {20, 25, 19, 3},
-                           {33, 17, 9, 9},
-                           {64, 64, 8, 6},
-                           {65, 70, 3, 6},
-                           {200, 150, 1, 6},
-                           {1, 50, 9, 3}}) {
-        CAPTURE(b.width);
-        SkinDescription d = deep_ridges(b.width, b.height);
-        d.receptors.depth = {.sa1 = b.depth * spread_spacing,
-                             .sa2 = 2 * b.depth * spread_spacing,
-                             .fa1 = {},
-                             .fa2 = 4 * b.depth * spread_spacing};
-        const size_t cells = size_t(b.width) * size_t(b.height);
-        std::vector<std::vector<float>> frames;
-        for (int f = 0; f < 2; ++f) frames.push_back(drawn_pressure(r, cells * size_t(b.pads)));
-        const double dt = 1e-3;
-        const model::StepLengths steps{.dt = &dt};
-        // Appends the responses of so many pads after the last frame.
-        using Responses = std::array<std::vector<float>, 4>;
-        const auto press_pads = [&](model::Stream& stream, size_t pads, size_t from, Responses& all) {
-            const model::PadList list{.count = pads};
-            stream.reset(list);
-            for (const std::vector<float>& f : frames) {
-                REQUIRE(stream.take(list, f.data() + from * cells));
-                REQUIRE(stream.prepare(list, steps) == nullptr);
-                stream.press(list, steps);
-            }
-            for (size_t q = 0; q < 4; ++q) {
-                const float* const response = stream.response(all_responses[q]);
-                all[q].insert(all[q].end(), response, response + pads * cells);
-            }
-        };
-        SkinOptions options;
-        const auto single = cpu::stream(model::streamed_skin(d, options), 1, simd::plain);
-        Responses expected;
-        for (size_t pad = 0; pad < size_t(b.pads); ++pad) press_pads(*single, 1, pad, expected);
-        options.count = b.pads;
-        const model::StreamedSkin batch = model::streamed_skin(d, options);
-        for (const simd::Isa* isa : simd::isas())
-            for (int threads = 1; threads <= 3; ++threads) {
-                Responses got;
-                press_pads(*cpu::stream(batch, threads, *isa), size_t(b.pads), 0, got);
-                CHECK_MESSAGE(got == expected, std::string(isa->name), ", ", threads, " threads");
-            }
-    }
-}
-
 TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the greatest signal, times 1 + |l C|") {
     Random r;
     for (int n = 0; n < (night() ? 100 : 8); ++n) {
@@ -332,10 +275,9 @@ TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the g
     }
 }
 
-TEST_CASE("sites at depths have what their cells have without sites, and the state is that of all cells") {
+TEST_CASE("sites at depths read all cells, whose state and report are those of a skin without sites") {
     SkinDescription fields = deep_ridges(23, 17), sites = fields;
-    const Quantity classes[] = {Quantity::fa2, Quantity::sa1, Quantity::sa1, Quantity::fa1, Quantity::fa2};
-    for (int i = 0; i < 5; ++i) sites.sites.push_back({classes[i], {(7 * i) % 23, (5 * i) % 17}});
+    sites.sites = {{Quantity::fa2, {0, 0}}, {Quantity::sa1, {7, 5}}, {Quantity::fa1, {21, 15}}};
     SkinOptions options;
     options.responses = {Quantity::sa1, Quantity::fa1, Quantity::fa2};
     options.count = 3;
@@ -345,15 +287,6 @@ TEST_CASE("sites at depths have what their cells have without sites, and the sta
     const std::vector<float> pressure = drawn_pressure(r, 3 * 23 * 17);
     all.press(pressure, 1e-3), some.press_cells(pressure.data(), pressure.size(), 1e-3);
     CHECK(saved(all) == saved(some));
-    for (Quantity q :
-         {Quantity::sa1, Quantity::fa1, Quantity::fa2, Quantity::strain, Quantity::indentation, Quantity::curvature}) {
-        std::vector<float> expected;
-        for (size_t pad = 0; pad < 3; ++pad)
-            for (const Site& site : sites.sites)
-                if (q == site.type || q > Quantity::fa2 || q == Quantity::strain)
-                    expected.push_back(all.response(q)[pad * 23 * 17 + size_t(site.cell.y * 23 + site.cell.x)]);
-        CHECK_MESSAGE(response_numbers(some, q) == expected, std::string(name(q)));
-    }
     CHECK(some.report(1).strain.value == all.report(1).strain.value);
     CHECK_THROWS_AS(some.response(Quantity::sa2), Error);
 }

@@ -53,36 +53,6 @@ std::vector<SkinDescription> descriptions() {
 
 } // namespace
 
-TEST_CASE("a state is the same bytes on CPU and Vulkan, and what either goes on from, bit for bit") {
-    const Validated vulkan;
-    for (const SkinDescription& d : descriptions())
-        for (auto [precision, hold] : {std::pair{Precision::f32, Hold::linear},
-                                       {Precision::f32_compensated, Hold::linear},
-                                       {Precision::f32, Hold::parabolic},
-                                       {Precision::f32_compensated, Hold::parabolic}}) {
-            CAPTURE(d.material.elements.size());
-            CAPTURE(d.sites.size());
-            CAPTURE(int(hold));
-            SkinOptions options;
-            options.precision = precision;
-            options.hold = hold;
-            Skin one(Device::cpu(1), d, options), two(vulkan.device(), d, options);
-            CHECK(answers(one, d, 0, 3) == answers(two, d, 0, 3));
-            const Bytes state = saved(one);
-            CHECK(saved(two) == state);
-            const std::vector<float> expected = answers(one, d, 3, 6);
-            two.press(frame(d, 9), 0.5); // is taken back
-            two.load(state.data(), state.size());
-            CHECK(saved(two) == state);
-            CHECK(answers(two, d, 3, 6) == expected);
-            Skin fresh(Device::cpu(2), d, options); // a copy
-            fresh.load(state.data(), state.size());
-            CHECK(answers(fresh, d, 3, 6) == expected);
-            one.load(state.data(), state.size()); // a rollback
-            CHECK(answers(one, d, 3, 6) == expected);
-        }
-}
-
 TEST_CASE("a state goes on with another modulus and viscosity: its strain is kept") {
     SkinDescription d = small_scene(9, 7);
     d.receptors.fa2 = Fa2::step_mean;

@@ -3,7 +3,6 @@
 // The loops of every instruction set that this processor has, in every variant, against the plain ones.
 #include "host/core/cpu/backend.hpp"
 #include "host/core/cpu/planes.hpp"
-#include "host/core/cpu/stream.hpp"
 #include "host/core/simd/isa.hpp"
 #include "host/lab/march/march.hpp"
 #include "tests/support.hpp"
@@ -162,68 +161,6 @@ template <class K> void check_rows(int width, int first, int last, std::mt19937&
                 }
             }
     }
-}
-
-// Single skins whose rows are stepped one after another by plain loops.
-class SingleSkins {
-  public:
-    SingleSkins(const SkinDescription& d, SkinOptions options) {
-        const int pads = std::exchange(options.count, 1);
-        streamed_ = model::streamed_skin(d, options);
-        for (int i = 0; i < pads; ++i) {
-            press_.push_back(std::make_unique<cpu::FramePress>(streamed_, 1, simd::plain));
-            maps_.emplace_back();
-            for (cpu::Plane<float>& map : maps_.back()) map = cpu::Plane<float>(streamed_.skin.padded_cells(), 0);
-        }
-    }
-    size_t cells() const { return streamed_.skin.cells(); }
-    void press(int pad, const float* pressure) {
-        auto& maps = maps_[size_t(pad)];
-        std::swap(maps[0], maps[1]);
-        const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
-        REQUIRE(
-            model::copy_rows({.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
-                             0, streamed_.skin.height()));
-        float* responses[RESPONSE_MAPS];
-        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            responses[r] = streamed_.wanted[QUANTITY_SA1 + r] ? maps[2 + r].data() : nullptr;
-        REQUIRE(press_[size_t(pad)]->press({0.01}, maps[0].data(), maps[1].data(), responses));
-    }
-    // Whether the responses of all pads are those of a stream.
-    bool same(model::Stream& stream) const {
-        const auto width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
-        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            for (size_t row = 0; streamed_.wanted[QUANTITY_SA1 + r] && row < press_.size() * cells() / width; ++row) {
-                const size_t height = cells() / width;
-                if (std::memcmp(stream.response(Quantity(QUANTITY_SA1 + r)) + row * width,
-                                maps_[row / height][2 + r].data() + row % height * pitch, width * sizeof(float)) != 0)
-                    return false;
-            }
-        return true;
-    }
-
-  private:
-    model::StreamedSkin streamed_;
-    std::vector<std::unique_ptr<cpu::FramePress>> press_;
-    std::vector<std::array<cpu::Plane<float>, 2 + RESPONSE_MAPS>> maps_; // pressures before and after, responses
-};
-
-// A skin with the n-th kind of material, precision, gains and responses.
-std::pair<SkinDescription, SkinOptions> kind_of_skin(int n, int width, int height, std::mt19937& random) {
-    SkinDescription d;
-    SkinOptions options;
-    d.grid = {width, height, {}};
-    if (n == 1) {
-        d.receptors.fa2_gains = {0.5, -2};
-        options.responses = {Quantity::sa1, Quantity::fa2};
-    } else if (n == 2) {
-        for (int i = 0; i < width * height; ++i) d.material.modulus_map.edit().push_back(double(1 + random() % 5));
-    } else if (n == 3) {
-        d.material.elements = {{3, 0.05}, {2, 0.9}};
-        d.material.spring = 5;
-    }
-    options.precision = n % 2 ? Precision::f32_compensated : Precision::f32;
-    return {d, options};
 }
 
 // A variant of a loop: what templates of host/core/simd are instantiated by.
@@ -406,125 +343,6 @@ TEST_CASE("a row stepped and another answered at once have the bits of two plain
         check_rows<f32>(191, first, last, random);
         check_rows<f64>(191, first, last, random);
     }
-}
-
-TEST_CASE("frames have the same bits on every instruction set, by any number of threads, wherever responses begin") {
-    std::mt19937 random(8);
-    std::uniform_real_distribution<float> number(-1, 1);
-    struct Case {
-        Precision precision;
-        Hold hold = Hold::linear;
-        bool materials = false;
-        int elements = 1;
-    };
-    for (const Case& c : {Case{Precision::f32},
-                          {Precision::f32_compensated},
-                          {Precision::f32, Hold::linear, true},
-                          {Precision::f32_compensated, Hold::linear, true},
-                          {Precision::f32, Hold::linear, false, 2},
-                          {Precision::f32_compensated, Hold::linear, false, 2},
-                          {Precision::f32, Hold::linear, false, 3},
-                          {Precision::f32_compensated, Hold::linear, false, 4},
-                          {Precision::f32, Hold::parabolic},
-                          {Precision::f32_compensated, Hold::parabolic},
-                          {Precision::f32, Hold::parabolic, true}})
-        for (int width : {333, 416}) {
-            SkinDescription skin;
-            skin.grid = {width, 400, {}};
-            for (int i = 0; c.materials && i < width * 400; ++i)
-                skin.material.modulus_map.edit().push_back(1 + (i / 40 % 2 ? i % 5 : 0));
-            for (int e = 0; c.elements > 1 && e < c.elements; ++e)
-                skin.material.elements.push_back({1.0 + e, 0.05 + e});
-            SkinOptions options;
-            options.precision = c.precision;
-            options.hold = c.hold;
-            const model::StreamedSkin streamed = model::streamed_skin(skin, options);
-            const size_t map = streamed.skin.padded_cells();
-            const auto pressed = [&](const simd::Isa& isa, int threads, size_t shift) {
-                cpu::FramePress press(streamed, threads, isa);
-                std::mt19937 again = random;
-                std::vector<float> frames[2] = {std::vector<float>(map), std::vector<float>(map)};
-                std::array<cpu::Plane<float>, RESPONSE_MAPS> planes;
-                float* responses[RESPONSE_MAPS];
-                for (size_t r = 0; r < RESPONSE_MAPS; ++r) {
-                    planes[r] = cpu::Plane<float>(map + shift * r, int(r));
-                    responses[r] = planes[r].data() + shift * r;
-                }
-                for (size_t step = 0; step < 3; ++step) {
-                    for (float& p : frames[step % 2]) p = number(again);
-                    model::FrameStep length{0.01};
-                    if (c.hold == Hold::parabolic) length.before = step > 0 ? 0.01 : 0;
-                    REQUIRE(press.press(length, frames[1 - step % 2].data(), frames[step % 2].data(), responses));
-                }
-                std::vector<double> all;
-                for (const float* r : responses) all.insert(all.end(), r, r + map);
-                return all;
-            };
-            const std::vector<double> plain = pressed(simd::plain, 1, 1); // too odd addresses for the loop of blocks
-            for (const simd::Isa* isa : simd::isas())
-                for (int threads : {1, 2, 3, 4}) {
-                    CAPTURE(width);
-                    CAPTURE(int(c.hold));
-                    CAPTURE(c.materials);
-                    CAPTURE(c.elements);
-                    CAPTURE(isa->name);
-                    CAPTURE(threads);
-                    CHECK(same(pressed(*isa, threads, 0), plain));
-                }
-        }
-}
-
-TEST_CASE("pads of every shape have the bits of single skins whose rows are stepped one after another") {
-    constexpr int pads = 37;
-    std::mt19937 random(9);
-    std::uniform_real_distribution<float> number(-1, 1);
-    std::vector<std::vector<int>> lists = {{}, {5, 30, 31, 2, 3, 4}, {}, {36}, {}}; // empty: all
-    for (std::vector<int>& list : lists)
-        for (int i = 0; list.empty() && i < pads; ++i) list.push_back(i);
-    for (auto [width, height] : {std::pair{1, 1},
-                                 {5, 1},
-                                 {1, 7},
-                                 {2, 2},
-                                 {3, 3},
-                                 {4, 4},
-                                 {4, 6},
-                                 {8, 8},
-                                 {9, 17},
-                                 {16, 16},
-                                 {20, 25},
-                                 {64, 64}})
-        for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, published_stencil})
-            for (Edges edges : {Edges::mirror, Edges::periodic, published_edges})
-                for (int kind = 0; kind < 4; ++kind) {
-                    if (edges == published_edges && (stencil != published_stencil || width < 2 || height < 2)) continue;
-                    CAPTURE(width);
-                    CAPTURE(height);
-                    CAPTURE(int(stencil));
-                    CAPTURE(int(edges));
-                    CAPTURE(kind);
-                    auto [d, options] = kind_of_skin(kind, width, height, random);
-                    d.stencil = stencil;
-                    d.edges = edges;
-                    options.count = pads;
-                    SingleSkins single(d, options);
-                    std::vector<std::unique_ptr<model::Stream>> batches;
-                    for (const simd::Isa* isa : simd::isas())
-                        batches.push_back(cpu::pad_stream(model::streamed_skin(d, options), 2, *isa));
-                    const double dt = 0.01;
-                    for (const std::vector<int>& list : lists) {
-                        const model::PadList some{.ids = list.data(), .count = list.size()};
-                        std::vector<float> pressure(list.size() * single.cells());
-                        for (float& p : pressure) p = number(random);
-                        for (size_t i = 0; i < list.size(); ++i)
-                            single.press(list[i], pressure.data() + i * single.cells());
-                        for (auto& batch : batches) {
-                            REQUIRE(batch->take(some, pressure.data()));
-                            REQUIRE(batch->prepare(some, {&dt}) == nullptr);
-                            batch->press(some, {&dt});
-                            CHECK(single.same(*batch));
-                        }
-                    }
-                }
 }
 
 TEST_CASE("every instruction set and number of threads gives the bits of plain loops on one thread") {
