@@ -120,10 +120,7 @@ TEST_CASE("a contact that cannot be on crests is refused by name") {
             "load.contact = \"crests\"; allowed: \"even\" on a flat surface");
     refused([](Scene& s) { s.load.map.edit()[121] = -1; }, "\"even\" where a cell is pulled, as [1, 1] is");
     refused([](Scene& s) { s.load.intensity = -1; }, "where a cell is pulled");
-    refused([](Scene& s) { s.load.contact_share = 0; }, "load.contact_share = 0; allowed: > 0, at most 1");
     refused([](Scene& s) { s.load.contact_length.reset(); }, "load.contact_length = (not given)");
-    refused([](Scene& s) { s.load.contact_length = -1; }, "load.contact_length = -1");
-    refused([](Scene& s) { s.load.contact = Load::Contact::even; }, "only with load.contact = \"crests\"");
     Scene wave = on_ridges();
     wave.surface = {.kind = Surface::Kind::wave, .relief = 1e-5, .ridge_period = 4.6e-4};
     wave.load.contact_length.reset();

@@ -361,29 +361,6 @@ TEST_CASE("a receptor at a depth below a ball follows the stress there, and its 
     CHECK(response_of(strain, s, 0, last) == relative(response_of(strain, s, 0, 6), 1e-12));
 }
 
-TEST_CASE("CPU and Vulkan press a ball and depths with equal bits") {
-    const Validated vulkan;
-    RunOptions check;
-    check.check = true;
-    check.precision = Precision::f32;
-    Scene s = ball(70, 5e-5, 3e-4);
-    s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 0.05};
-    s.surface = fingertip().surface;
-    s.time = {.step = 2e-3, .duration = 0.1};
-    s.output.fields = {{0.0405, {Quantity::sa1, Quantity::fa1}}};
-    Scene cells = s;
-    cells.load = {.kind = Load::Kind::sequence, .interval = 0.01, .control = Control::depth};
-    std::vector<double> depths;
-    for (int i = 0; i < 70 * 70; ++i) depths.push_back(1e-4 * std::sin(0.01 * i));
-    cells.load.path = depth_frames(s.grid, {depths, std::vector<double>(70 * 70, 1e-4), depths});
-    for (const Scene& scene : {s, cells}) {
-        const Result r = run(scene, vulkan.device(), check);
-        CHECK(r.cells_compared > 0);
-        CHECK(r.cells_different == 0);
-    }
-    std::filesystem::remove(cells.load.path);
-}
-
 TEST_CASE("a scene file presses ellipses, balls and depths") {
     const std::string begin = "preset = \"fingertip\"\n[load]\ncontrol = \"depth\"\n",
                       output = "[output]\ntraces = [\"sa1\"]\n";
@@ -417,11 +394,7 @@ TEST_CASE("depths that have no meaning are refused by name") {
     refused(
         of_ball, [](Scene& s) { s.load.ball_radius.reset(); }, "load.ball_radius = (not given)");
     refused(
-        of_ball, [](Scene& s) { s.load.ball_radius = 0; }, "load.ball_radius = 0");
-    refused(
         of_ball, [](Scene& s) { s.load.radius = 3; }, "load.radius = 3");
-    refused(
-        of_ball, [](Scene& s) { s.load.radius_y = 3; }, "only with load.kind = \"punch\"");
     refused(
         of_ball, [](Scene& s) { s.load.hold = Hold::parabolic; }, "load.hold = \"parabolic\"");
     refused(
@@ -444,8 +417,6 @@ TEST_CASE("depths that have no meaning are refused by name") {
         "\"table\" that falls below 0");
     refused(
         cells, [](Scene& s) { s.material.thickness = 0; }, "material.thickness = 0");
-    refused(
-        cells, [](Scene& s) { s.load.ball_radius = 1; }, "only with load.kind = \"ball\"");
     refused(
         cells, [](Scene& s) { s.receptors.poisson = 0.3; }, "receptors.poisson = 0.3");
     refused(
