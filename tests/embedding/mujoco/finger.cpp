@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A finger in MuJoCo, from version 2.2 on: finger finger.xml
 //
-// A pad of 8 mm x 6 mm is pressed on a ridged plate at 1 kHz, held, slid and lifted; then so are 64 hands in one batch.
-// Prints what is checked, with numbers, and exits with 1 if something fails. host/examples/SIMULATOR.md explains it;
-// finger.py is the same in Python.
+// A pad of 8 mm x 6 mm is pressed on a ridged plate at 1 kHz, held, slid and lifted. Prints what is checked, with
+// numbers, and exits with 1 if something fails. host/examples/SIMULATOR.md explains it; finger.py does the same in
+// Python, and checks what the finger feels.
 #include <dermis/contact.hpp>
 #include <dermis/dermis.hpp>
 
@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -34,7 +33,6 @@ constexpr int width = 80, height = 60, cells = width * height;
 constexpr double spacing = 1e-4;  // m
 constexpr double stiffness = 1e8; // Pa per m of sinking: a modulus of 1e5 Pa over a thickness of 1 mm
 constexpr Quantity classes[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-enum Class { sa1, sa2, fa1, fa2 };
 
 // Commands of the slider: times in s, places in m. The pad meets the plate on its way down, and leaves it on its way
 // up.
@@ -44,13 +42,6 @@ constexpr Way times = {0, 0.15, 0.45, 0.85, 0.90, 0.98};
 constexpr Way along = {0, 0, 0, 0.016, 0.016, 0.016};
 constexpr Way up = {0, -1.5e-3, -1.5e-3, -1.5e-3, -1.5e-3, 0};
 constexpr int frames = 1050;
-
-// Frames of the four parts of the motion, without the changes between them.
-struct Part {
-    int begin, end;
-    constexpr int size() const { return end - begin; }
-};
-constexpr Part press{90, 150}, hold{200, 450}, slide{490, 840}, release{925, 960};
 
 // A skin with the material of a fingertip. Its own ridges run as the plate's do.
 dermis::SkinDescription skin_of_a_fingertip() {
@@ -81,16 +72,14 @@ using Data = std::unique_ptr<mjData, Delete>;
 // A finger with a simulation of its own, which writes the pressure on its skin.
 class Finger {
   public:
-    // late: frames that it waits before it moves.
-    Finger(const mjModel* model, float* pressure, int late = 0)
-        : model_(model), data_(mj_makeData(model)), late_(late),
+    Finger(const mjModel* model, float* pressure)
+        : model_(model), data_(mj_makeData(model)),
           depth_(cells), pad_{.width = width, .height = height, .spacing = spacing, .pressure = pressure},
-          up_(model->jnt_dofadr[id(mjOBJ_JOINT, "up")]), along_(model->jnt_dofadr[id(mjOBJ_JOINT, "along")]),
-          site_(id(mjOBJ_SITE, "skin")), geom_(id(mjOBJ_GEOM, "pad")) {}
+          up_(model->jnt_dofadr[id(mjOBJ_JOINT, "up")]), site_(id(mjOBJ_SITE, "skin")), geom_(id(mjOBJ_GEOM, "pad")) {}
 
     // Advances by one step, and turns the contact into pressure.
     contact::ContactReport advance() {
-        const double now = double(std::lround(data_->time / step) - late_) * step;
+        const double now = double(std::lround(data_->time / step)) * step;
         data_->ctrl[0] = command(along, now);
         data_->ctrl[1] = command(up, now);
         mj_step(model_, data_.get());
@@ -119,7 +108,6 @@ class Finger {
     }
 
     double held_up() const { return data_->qfrc_constraint[up_]; } // N: the solver's force in the slider's equation
-    double speed() const { return data_->qvel[along_]; }           // m/s
 
     Data save() const { return Data(mj_copyData(nullptr, model_, data_.get())); }
     void load(const Data& kept) { mj_copyData(data_.get(), model_, kept.get()); }
@@ -133,21 +121,17 @@ class Finger {
 
     const mjModel* model_;
     Data data_;
-    int late_;
     std::vector<float> depth_;
     contact::Pad pad_;
-    int up_, along_, site_, geom_;
+    int up_, site_, geom_;
 };
 
 // A recording has what one finger did and felt, frame by frame.
 struct Recording {
-    std::vector<double> held_up, speed;
+    std::vector<double> held_up;
     std::vector<float> pressure;            // of frames*cells
     std::array<std::vector<float>, 4> felt; // the same, by class
     std::string doubts;
-
-    const float* frame(Class kind, int n) const { return felt[kind].data() + size_t(n) * cells; }
-    double mean(Class kind, int n) const { return std::accumulate(frame(kind, n), frame(kind, n + 1), 0.0) / cells; }
 };
 
 Recording record(const mjModel* model) {
@@ -159,7 +143,6 @@ Recording record(const mjModel* model) {
         const contact::ContactReport report = finger.advance();
         skin.press(pressure, step);
         made.held_up.push_back(finger.held_up());
-        made.speed.push_back(finger.speed());
         made.pressure.insert(made.pressure.end(), pressure.begin(), pressure.end());
         for (int c = 0; c < 4; ++c) {
             const auto felt = skin.response(classes[c]);
@@ -193,74 +176,14 @@ bool force_is_kept(const Recording& made) {
                 made.doubts.empty() ? "no doubts" : made.doubts.c_str());
 }
 
-bool fa1_changes_sign(const Recording& made) {
-    const auto [low, high] = std::minmax_element(made.frame(fa1, press.begin), made.frame(fa1, press.end));
-    const auto [lowest, highest] = std::minmax_element(made.frame(fa1, release.begin), made.frame(fa1, release.end));
-    return told(*low > 0 && *highest < 0, "FA1 changes its sign on release",
-                "pressed %.3f to %.3f, released %.3f to %.3f", *low, *high, *lowest, *highest);
-}
-
-// While the pad is held SA1 stays and creeps on, and FA1 fades; when it has been lifted SA1 goes back.
-bool sa1_follows_the_hold(const Recording& made) {
-    bool creeps = true;
-    for (int n = hold.begin + 1; n < hold.end; ++n) creeps &= made.mean(sa1, n) > made.mean(sa1, n - 1);
-    double pressed = 0;
-    for (int n = press.begin; n < press.end; ++n) pressed += made.mean(fa1, n) / press.size();
-    const double fades = made.mean(fa1, hold.end - 1) / pressed;
-    const double first = made.mean(sa1, hold.begin), last = made.mean(sa1, frames - 1);
-    return told(creeps && fades < 0.1 && last < first / 2, "SA1 follows the hold while FA1 fades",
-                "SA1 %.4f to %.4f within %d ms, FA1 then %.3f of the press; SA1 %.4f at the end", first,
-                made.mean(sa1, hold.end - 1), hold.size(), fades, last);
-}
-
-// While the pad slides, FA2 has its power at the rate at which ridges pass a cell: speed by period.
-bool fa2_has_the_rate_of_ridges(const Recording& made) {
-    constexpr int count = slide.size();
-    const double speed = std::accumulate(&made.speed[slide.begin], &made.speed[slide.end], 0.0) / count;
-    const double bins = speed / period * count * step; // the rate, in bins of a Fourier transform
-    double all = 0, near = 0;
-    for (int cell = 0; cell < cells; ++cell) {
-        std::array<double, count> felt;
-        for (int n = 0; n < count; ++n) felt[n] = made.frame(fa2, slide.begin + n)[cell];
-        const double mean = std::accumulate(felt.begin(), felt.end(), 0.0) / count;
-        for (int n = 0; n < count; ++n) {
-            felt[n] = (felt[n] - mean) * (0.5 - 0.5 * std::cos(2 * pi * n / (count - 1)));
-            all += felt[n] * felt[n] * count / 2; // of positive frequencies, by Parseval's theorem
-        }
-        for (int bin = int(bins) - 1; bin <= int(bins) + 2; ++bin) {
-            std::complex<double> sum = 0;
-            for (int n = 0; n < count; ++n) sum += felt[n] * std::polar(1.0, -2 * pi * bin * n / count);
-            near += std::norm(sum);
-        }
-    }
-    return told(near > 0.99 * all, "FA2 has its power at speed over ridge period",
-                "%.2f mm/s over %g mm are %.2f Hz; %.2f%% of the power within two bins of it", speed * 1e3,
-                period * 1e3, speed / period, 100 * near / all);
-}
-
-// Returns how many responses of a pad have other bits than a recorded frame, before the first of which all are 0.
-size_t differing(const dermis::Skin& skin, const Recording& made, int n, int pad = 0) {
-    static const std::vector<float> rest(cells);
+// Returns how many responses have other bits than a recorded frame.
+size_t differing(const dermis::Skin& skin, const Recording& made, int n) {
     size_t wrong = 0;
     for (int c = 0; c < 4; ++c) {
-        const float* now = skin.response(classes[c]).data + size_t(pad) * cells;
-        const float* then = n < 0 ? rest.data() : made.frame(Class(c), n);
-        if (std::memcmp(now, then, cells * sizeof(float)) == 0) continue;
+        const float *now = skin.response(classes[c]).data, *then = made.felt[c].data() + size_t(n) * cells;
         for (int i = 0; i < cells; ++i) wrong += std::memcmp(now + i, then + i, sizeof(float)) != 0;
     }
     return wrong;
-}
-
-bool devices_agree(const Recording& made) {
-    const dermis::Device device = dermis::Device::open("vulkan");
-    dermis::Skin skin(device, skin_of_a_fingertip());
-    size_t wrong = 0;
-    for (int n = 0; n < frames; ++n) {
-        skin.press(made.pressure.data() + size_t(n) * cells, cells, step);
-        wrong += differing(skin, made, n);
-    }
-    return told(wrong == 0, "a Vulkan device has the bits of the CPU", "%zu of %zu values differ on %s", wrong,
-                4 * made.pressure.size(), device.info().name.c_str());
 }
 
 // Both states are kept while the pad slides, and taken back later: the same bits follow.
@@ -289,23 +212,6 @@ bool rolls_back(const mjModel* model, const Recording& made) {
                 "%d frames again: %zu values differ, of a state of %zu bytes", again, wrong, felt.size());
 }
 
-// Hands in one batch, each a frame later than the one before, have the bits of one finger alone.
-bool hands_agree(const mjModel* model, const Recording& made) {
-    constexpr int hands = 64;
-    std::vector<float> pressure(size_t(hands) * cells);
-    std::vector<Finger> fingers;
-    for (int hand = 0; hand < hands; ++hand) fingers.emplace_back(model, &pressure[size_t(hand) * cells], hand);
-    dermis::Skin skin(dermis::Device::cpu(), skin_of_a_fingertip(), {.count = hands});
-    size_t wrong = 0;
-    for (int n = 0; n < frames; ++n) {
-        for (Finger& finger : fingers) finger.advance();
-        skin.press(pressure, step);
-        for (int hand = 0; hand < hands; ++hand) wrong += differing(skin, made, n - hand, hand);
-    }
-    return told(wrong == 0, "each of 64 hands in one batch has the bits of one alone",
-                "%d frames: %zu of %zu values differ", frames, wrong, 4 * frames * pressure.size());
-}
-
 } // namespace
 
 int main(int count, char** arguments) try {
@@ -316,12 +222,7 @@ int main(int count, char** arguments) try {
     std::printf("MuJoCo %s\n", mj_versionString());
     const Recording made = record(model.get());
     bool holds = force_is_kept(made);
-    holds &= fa1_changes_sign(made);
-    holds &= sa1_follows_the_hold(made);
-    holds &= fa2_has_the_rate_of_ridges(made);
     holds &= rolls_back(model.get(), made);
-    holds &= hands_agree(model.get(), made);
-    holds &= devices_agree(made);
     return !holds;
 } catch (const std::exception& e) {
     std::fprintf(stderr, "finger: %s\n", e.what());
