@@ -279,16 +279,16 @@ Device cpu(int threads, uint64_t n) {
 }
 
 std::vector<Way> ways_of(Random& r, const DrawnSkin& drawn, const Device* vulkan, uint64_t seed) {
-    const auto some = [&] {
-        return Doors{chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.5)};
+    const auto some = [&](bool in_c = false) {
+        return Doors{chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.5), in_c};
     };
     std::vector<Way> ways;
     ways.emplace_back("a skin for each pad, one thread", cpu(1, simd::isas().size() - 1), drawn, true, Doors{});
     ways.emplace_back("a batch, one thread", cpu(1, seed), drawn, false, some());
-    ways.emplace_back("a batch, two threads", Device::cpu(2), drawn, false, some());
+    ways.emplace_back("a batch, two threads", Device::cpu(2), drawn, false, some(seed % 2));
     ways.emplace_back("a batch, three threads", cpu(3, seed / 2), drawn, false, some());
-    ways.emplace_back("a skin for each pad, three threads", Device::cpu(3), drawn, true, some());
-    if (vulkan) ways.emplace_back("a batch on Vulkan", *vulkan, drawn, false, some());
+    ways.emplace_back("a skin for each pad, three threads", Device::cpu(3), drawn, true, some(seed / 2 % 2));
+    if (vulkan) ways.emplace_back("a batch on Vulkan", *vulkan, drawn, false, some(seed / 4 % 2));
     if (drawn.skin.sites.empty()) return ways;
     Doors fields = some();
     fields.cells = false; // a skin without sites reads all cells

@@ -328,6 +328,12 @@ static void options(void) {
     o.size = 0;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->size = 0; allowed: ");
     CHECK(skin == NULL);
+    o.size = sizeof o;
+    o.control = DERMIS_DEPTH;
+    CHECK(dermis_scene_set(scene, "grid.width", "4") == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &skin) == DERMIS_OK);
+    REFUSED(dermis_skin_set_material(skin, scene, NULL), "material = (given)");
+    dermis_skin_destroy(skin);
     REFUSED(dermis_skin_create(NULL, NULL, NULL, &skin), "scene = (null)");
     REFUSED(dermis_skin_create(on, scene, NULL, NULL), "skin = (null)");
     dermis_scene_destroy(scene);
@@ -369,6 +375,11 @@ static void spikes(void) {
     count = 1;
     REFUSED(dermis_skin_get_spikes(NULL, &fired, &count), "skin = (null)");
     CHECK(fired == NULL && count == 0);
+    dermis_skin_destroy(skin);
+    skin =
+        skin_of("[grid]\nwidth = 4\nheight = 3\n[[afferents]]\ntype = \"sa1\"\ncells = [[0, 0]]\ngains = [[1e3, 0]]\n");
+    CHECK(press(skin, pressure, CELLS, 0.2) == DERMIS_OK);
+    CHECK(dermis_skin_get_spikes(skin, &fired, &count) == DERMIS_OK && count > 0 && fired->share > 0);
     dermis_skin_destroy(skin);
 }
 
