@@ -39,6 +39,15 @@ SkinDescription chain_of_two(SkinDescription d, bool maps) {
     return d;
 }
 
+// In metres, with receptors at depths.
+SkinDescription in_depths(SkinDescription d) {
+    d.grid.spacing = 1e-3;
+    for (auto* length : {&d.surface.relief, &d.material.thickness, &d.material.curvature_length}) *length = 1e-3;
+    d.material.modulus = 1.3, d.material.viscosity = 1;
+    d.receptors.depth = {.sa1 = 3e-3, .sa2 = {}, .fa1 = 7e-3, .fa2 = 3e-3};
+    return d;
+}
+
 // Everything that a skin answers over some frames of different lengths.
 std::vector<std::vector<float>> answers(Skin& skin, const SkinDescription& d, const std::vector<Quantity>& what) {
     std::vector<std::vector<float>> all;
@@ -56,7 +65,8 @@ TEST_CASE(
     "frame by frame a skin has the bits of the run of the same sequence, however many frames lie between fields") {
     const int width = 45, height = 21, frames = 40; // a march takes several frames at once
     const SkinDescription plain_skin = ridged(width, height);
-    for (const SkinDescription& d : {plain_skin, chain_of_two(plain_skin, false), chain_of_two(plain_skin, true)}) {
+    for (const SkinDescription& d :
+         {plain_skin, chain_of_two(plain_skin, false), chain_of_two(plain_skin, true), in_depths(plain_skin)}) {
         Scene s;
         static_cast<SkinDescription&>(s) = d;
         const std::string path = temporary("skin_sequence.npy").string();

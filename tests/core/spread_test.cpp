@@ -222,59 +222,6 @@ TEST_CASE("pads of up to 8 x 8 cells have the sums over all cells, within 4 unit
     }
 }
 
-TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the greatest signal, times 1 + |l C|") {
-    Random r;
-    for (int n = 0; n < (night() ? 100 : 8); ++n) {
-        Scene s;
-        SkinDescription& d = s;
-        d = deep_ridges(whole(r, 1, 70), whole(r, 1, 70));
-        d.receptors.fa2_gains = {1, -1};
-        d.receptors.fa2 = Fa2::step_mean;
-        DrawnSkin drawn;
-        draw_material(r, drawn);
-        d.material.elements = like(r, drawn.skin.material).elements;
-        d.material.spring.reset();
-        if (chance(r, 0.5)) d.material.spring = r.decades(4, 6);
-        if (chance(r, 0.5)) d.receptors.sa2_adaptation = r.decades(-2, 0);
-        if (chance(r, 0.5)) d.receptors.kernel = DepthKernel::strain, d.receptors.poisson = r.within(0, 0.5);
-        Depths& z = d.receptors.depth;
-        for (std::optional<double>* depth : {&z.sa1, &z.sa2, &z.fa1, &z.fa2})
-            *depth = spread_spacing * r.decades(-1, 1.5);
-        std::vector<double> map(size_t(d.grid.width) * size_t(d.grid.height));
-        for (double& p : map) p = chance(r, 0.5) ? r.within(0, 1) : 0;
-        map[0] = 1;
-        s.load.kind = Load::Kind::map, s.load.map = map, s.load.intensity = r.decades(2, 3);
-        s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 0.05};
-        s.time = {.step = 1e-3, .duration = 0.06};
-        s.output.traces = {}, s.output.probes = {};
-        s.output.fields = {{0.02, {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::curvature}}};
-        const Result scene = run(s);
-        SkinDescription surface = d;
-        surface.receptors.depth = {}, surface.receptors.kernel = DepthKernel::stress, surface.receptors.poisson.reset();
-        surface.material.curvature_length = 0;
-        Skin skin(Device::cpu(1), d), signals(Device::cpu(1), surface);
-        double greatest[4] = {}; // of each signal: what has decayed in float is what greater numbers have left
-        for (int k = 1; k <= 20; ++k) {
-            std::vector<float> pressure;
-            for (double p : map) pressure.push_back(float(s.load.intensity * p * k / 50));
-            skin.press(pressure, 1e-3), signals.press(pressure, 1e-3);
-            for (size_t q = 0; q < 4; ++q)
-                greatest[q] =
-                    std::max(greatest[q], double(std::abs(greatest_of(response_numbers(signals, all_responses[q])))));
-        }
-        double gain = 1;
-        for (double C : scene.fields[4].values) gain = std::max(gain, 1 + std::abs(*d.material.curvature_length * C));
-        for (size_t q = 0; q < 4; ++q) {
-            const auto& expected = scene.fields[q].values;
-            const std::vector<float> got = response_numbers(skin, all_responses[q]);
-            double off = 0;
-            for (size_t i = 0; i < got.size(); ++i) off = std::max(off, std::abs(double(got[i]) - expected[i]));
-            CHECK_MESSAGE(off <= 1e-3 * gain * greatest[q], d.grid.width, " x ", d.grid.height, ", ",
-                          std::string(name(all_responses[q])), ", skin ", n);
-        }
-    }
-}
-
 TEST_CASE("sites at depths read all cells, whose state and report are those of a skin without sites") {
     SkinDescription fields = deep_ridges(23, 17), sites = fields;
     sites.sites = {{Quantity::fa2, {0, 0}}, {Quantity::sa1, {7, 5}}, {Quantity::fa1, {21, 15}}};
