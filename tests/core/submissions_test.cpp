@@ -16,20 +16,6 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-// Every number of a result.
-Numbers numbers(const Result& r) {
-    Numbers all = r.time;
-    const auto add = [&](const std::vector<double>& more) { all.insert(all.end(), more.begin(), more.end()); };
-    for (const Trace& t : r.traces) {
-        for (const auto* column : {&t.mean, &t.min, &t.max}) add(*column);
-        for (const auto& column : t.probes) add(column);
-    }
-    for (const Field& f : r.fields) add(f.values);
-    add(r.responses);
-    all.push_back(r.stencil_estimate);
-    return all;
-}
-
 Numbers responses(const Skin& skin) {
     Numbers all;
     for (Quantity q : all_responses) {
@@ -114,7 +100,7 @@ TEST_CASE("whatever a progress callback does on the run's own device, no number 
             RunOptions options;
             options.check = device.info().vulkan && !frames.empty();
             const Scene scene = marched(frames);
-            const Numbers right = numbers(run(scene, device, options));
+            const Numbers right = numbers_of(run(scene, device, options));
             const SkinDescription d = small_scene(40, 30);
             Skin skin(device, d);
             const std::function<void()> deeds[] = {
@@ -135,7 +121,7 @@ TEST_CASE("whatever a progress callback does on the run's own device, no number 
             for (const auto& deed : deeds) {
                 int calls = 0;
                 options.progress = [&](double) { ++calls, deed(); };
-                CHECK(numbers(run(scene, device, options)) == right);
+                CHECK(numbers_of(run(scene, device, options)) == right);
                 CHECK(calls > 2);
             }
         }
@@ -181,7 +167,7 @@ TEST_CASE("runs and presses have the same bits however small their submissions a
             const Scene scene = marched(frames);
             std::vector<uint64_t> submissions;
             shim.submissions = &submissions;
-            CHECK(numbers(run(scene, vulkan.device())) == numbers(run(scene, Device::cpu(1))));
+            CHECK(numbers_of(run(scene, vulkan.device())) == numbers_of(run(scene, Device::cpu(1))));
             shim.submissions = nullptr;
             CHECK(double(submissions.size()) >= 64 * 40 * 30 * 6 / work); // numbers of 64 steps, at the least
         }

@@ -3,8 +3,6 @@
 // One property: however a skin is pressed, its numbers have the bits of the plain way, one pad on one thread, one frame
 // a call, by plain loops. Skins, options and lists of calls are drawn at random; every way takes the same calls.
 // DERMIS_WAYS=SEED repeats one list, DERMIS_WAYS=SEED:COUNT takes COUNT of them from that seed on.
-#include "host/core/cpu/backend.hpp"
-#include "host/core/press/device.hpp"
 #include "tests/way.hpp"
 
 #include <cstdlib>
@@ -271,22 +269,15 @@ std::string difference(const Way& plain, const Way& way, const DrawnSkin& drawn)
     return "";
 }
 
-// The CPU path with the loops of the nth instruction set that this processor has, or with the plain ones.
-Device cpu(int threads, uint64_t n) {
-    auto impl = std::make_shared<Device::Impl>(Device::cpu(threads).impl());
-    impl->backend = std::make_shared<cpu::CpuBackend>(threads, *simd::isas()[n % simd::isas().size()]);
-    return Device(std::move(impl));
-}
-
 std::vector<Way> ways_of(Random& r, const DrawnSkin& drawn, const Device* vulkan, uint64_t seed) {
     const auto some = [&](bool in_c = false) {
         return Doors{chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.5), in_c};
     };
     std::vector<Way> ways;
-    ways.emplace_back("a skin for each pad, one thread", cpu(1, simd::isas().size() - 1), drawn, true, Doors{});
-    ways.emplace_back("a batch, one thread", cpu(1, seed), drawn, false, some());
+    ways.emplace_back("a skin for each pad, one thread", cpu_with(1, plain_loops()), drawn, true, Doors{});
+    ways.emplace_back("a batch, one thread", cpu_with(1, seed), drawn, false, some());
     ways.emplace_back("a batch, two threads", Device::cpu(2), drawn, false, some(seed % 2));
-    ways.emplace_back("a batch, three threads", cpu(3, seed / 2), drawn, false, some());
+    ways.emplace_back("a batch, three threads", cpu_with(3, seed / 2), drawn, false, some());
     ways.emplace_back("a skin for each pad, three threads", Device::cpu(3), drawn, true, some(seed / 2 % 2));
     if (vulkan) ways.emplace_back("a batch on Vulkan", *vulkan, drawn, false, some(seed / 4 % 2));
     if (drawn.skin.sites.empty()) return ways;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: threads long
-// The loops of every instruction set that this processor has, in every variant, against the plain ones.
+// The loops of every instruction set that this processor has, in every variant, against the plain ones. On skins and
+// marches of any size: the suites `ways` and `backends`.
 #include "host/core/cpu/backend.hpp"
 #include "host/core/cpu/planes.hpp"
 #include "host/core/simd/isa.hpp"
@@ -58,109 +59,6 @@ Seen seen(const model::PreparedRun& run, Precision precision, int threads, const
 
 bool same(const std::vector<double>& a, const std::vector<double>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
-}
-
-// A few rows whose last one is stepped and in which an earlier one is answered: columns first .. last - 1.
-template <class K> struct Rows {
-    using real = typename K::real;
-    static constexpr int height = 5;
-
-    // beyond_line: how many cells beyond a cache line a row of responses begins.
-    Rows(int columns, bool compensated, int beyond_line, std::mt19937 random)
-        : width(columns), pitch((columns + 15) / 16 * 16), beyond(beyond_line) {
-        std::uniform_real_distribution<double> number(-1, 1);
-        for (size_t i = 0; i < maps.size(); ++i) {
-            maps[i] = cpu::Plane<real>(size_t(height * pitch), int(i));
-            for (int k = 0; k < height * pitch; ++k)
-                maps[i].data()[k] = k % pitch < width ? real(number(random) * (k % 5 ? 1 : 1e-20)) : real(NAN);
-        }
-        for (size_t s = 0; s < simd::state_sums; ++s) {
-            state.value[s] = maps[s].data();
-            state.lost[s] = compensated ? maps[simd::state_sums + s].data() : nullptr;
-        }
-    }
-    real* row(int map, int y) { return maps[size_t(map)].row(y, pitch); }
-
-    void step(const simd::Loops<K>& loops, bool at_once, int stencil, int edges, int first, int last,
-              const typename K::Constants& c) {
-        const int stepped = height - 1, answered = stepped - K::reach(stencil);
-        simd::AdvanceArguments<K> a{.count = last - first,
-                                    .elements = 1,
-                                    .spring = false,
-                                    .pressure = row(4, stepped) + first,
-                                    .pressure_to = row(5, stepped) + first,
-                                    .material = nullptr,
-                                    .table = nullptr,
-                                    .from = state,
-                                    .to = {},
-                                    .signal = {row(6, stepped) + first, row(7, stepped) + first}};
-        for (size_t s = 0; s < simd::state_sums; ++s) {
-            a.from.value[s] += stepped * pitch + first;
-            if (a.from.lost[s]) a.from.lost[s] += stepped * pitch + first;
-        }
-        a.from.strain = a.from.value[simd::sum_strain];
-        a.to = a.from;
-        const simd::RespondArguments<K> r{
-            .first = first,
-            .last = last,
-            .strain = simd::neighbours<real>(answered, width, height, stencil, edges, [&](int i) { return row(0, i); }),
-            .signal = {row(0, answered), row(1, answered), row(6, answered), row(7, answered)},
-            .rest_curvature = row(8, answered),
-            .response = {row(9, answered) + beyond, row(10, answered) + beyond, row(11, answered) + beyond,
-                         row(12, answered) + beyond},
-            .streams = true,
-            .tiles = {}};
-        if (at_once) {
-            loops.step_rows({.advance = a, .respond = r}, c);
-        } else {
-            loops.advance(a, c);
-            loops.respond(r, c);
-        }
-    }
-
-    // Whether all cells are those of another one; of responses, what stands beyond a row's end too.
-    bool same(Rows& other) {
-        for (int map = 0; map < int(maps.size()); ++map)
-            for (int y = 0; y < height; ++y)
-                if (std::memcmp(row(map, y), other.row(map, y), size_t(map < 9 ? width : pitch) * sizeof(real)) != 0)
-                    return false;
-        return true;
-    }
-
-    const int width, pitch, beyond;
-    std::array<cpu::Plane<real>, 13> maps; // a state's 4, pressures 2, signals 2, rest curvature, responses 4
-    simd::StateRow<real> state{};
-};
-
-// Every stencil, with edges, of a row at once and in two loops.
-template <class K> void check_rows(int width, int first, int last, std::mt19937& random) {
-    std::uniform_real_distribution<double> number(-1, 1);
-    for (int variant = 0; variant < 4; ++variant) {
-        using real = typename K::real;
-        typename K::Constants c{};
-        real* const numbers = &c.coefficients.E;
-        for (size_t i = 0; i < (sizeof c.coefficients + 7 * sizeof(real)) / sizeof(real); ++i)
-            numbers[i] = real(number(random));
-        c.gain_plus = real(variant & 1 ? 1 : 0.5);
-        c.gain_minus = real(variant & 1 ? -1 : 2);
-        const bool compensated = (variant & 2) != 0;
-        for (int stencil : {STENCIL_FIVE_POINT, STENCIL_FOURTH_ORDER, STENCIL_PUBLISHED})
-            for (int edges : {EDGES_MIRROR, EDGES_PERIODIC, EDGES_PUBLISHED}) {
-                if (edges == EDGES_PUBLISHED && (stencil != STENCIL_PUBLISHED || width < 2)) continue;
-                CAPTURE(variant);
-                CAPTURE(stencil);
-                CAPTURE(edges);
-                const int beyond = std::array{0, 3, 8, 15}[size_t(variant)];
-                Rows<K> plain(width, compensated, beyond, random);
-                plain.step(simd::plain.of<K>(), false, stencil, edges, first, last, c);
-                for (const simd::Isa* isa : simd::isas()) {
-                    CAPTURE(isa->name);
-                    Rows<K> other(width, compensated, beyond, random);
-                    other.step(isa->of<K>(), true, stencil, edges, first, last, c);
-                    CHECK(other.same(plain));
-                }
-            }
-    }
 }
 
 // A variant of a loop: what templates of host/core/simd are instantiated by.
@@ -326,67 +224,6 @@ TEST_CASE("every variant of the loops of each instruction set here has the bits 
         }
         MESSAGE(isa->name, names);
     }
-}
-
-TEST_CASE("a row stepped and another answered at once have the bits of two plain loops, whatever their width") {
-    std::mt19937 random(7);
-    std::vector<int> widths = {127, 128, 129, 191, 333};
-    for (int width = 1; width <= 70; ++width) widths.push_back(width);
-    for (int width : widths) {
-        CAPTURE(width);
-        check_rows<f32>(width, 0, width, random);
-        check_rows<f64>(width, 0, width, random);
-    }
-    for (auto [first, last] : {std::pair{0, 64}, {64, 128}, {64, 191}, {128, 191}}) { // a pressed box
-        CAPTURE(first);
-        CAPTURE(last);
-        check_rows<f32>(191, first, last, random);
-        check_rows<f64>(191, first, last, random);
-    }
-}
-
-TEST_CASE("every instruction set and number of threads gives the bits of plain loops on one thread") {
-    MESSAGE("instruction sets here: " << simd::isas().size() << ", best " << std::string(simd::best().name));
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> number(-1, 1);
-    for (auto [width, height] : {std::pair{1, 1}, {2, 2}, {5, 3}, {67, 13}, {130, 9}, {333, 211}})
-        for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, published_stencil})
-            for (Edges edges : {Edges::mirror, Edges::periodic, published_edges}) {
-                if (edges == published_edges && (stencil != published_stencil || width < 2)) continue;
-                for (int variant = 0; variant < 8; ++variant) {
-                    CAPTURE(width);
-                    CAPTURE(int(stencil));
-                    CAPTURE(int(edges));
-                    CAPTURE(variant);
-                    Scene s = small_scene(width, height);
-                    s.stencil = stencil;
-                    s.edges = edges;
-                    s.time = {0.05, 0.15};
-                    s.load.kind = Load::Kind::map;
-                    for (int i = 0; i < width * height; ++i) s.load.map.edit().push_back(number(random));
-                    s.load.envelope.start = 0.07; // one step looks ahead and is taken back
-                    s.receptors.fa2_gains = {0.5, -2};
-                    if (variant & 1)
-                        for (int i = 0; i < width * height; ++i)
-                            s.material.modulus_map.edit().push_back(2 + number(random));
-                    const Precision precision = variant == 5  ? Precision::f64
-                                                : variant & 2 ? Precision::f32_compensated
-                                                              : Precision::f32;
-                    model::PreparedRun run = everything(s);
-                    run.schedule.framed = (variant & 4) != 0;
-                    const Seen plain = seen(run, precision, 1, simd::plain);
-                    for (const simd::Isa* isa : simd::isas())
-                        for (int threads : {1, 2}) {
-                            if (threads == 2 && width < 333) continue; // too small to be shared
-                            CAPTURE(isa->name);
-                            CAPTURE(threads);
-                            const Seen other = seen(run, precision, threads, *isa);
-                            CHECK(same(other.totals, plain.totals));
-                            REQUIRE(other.maps.size() == plain.maps.size());
-                            for (size_t i = 0; i < plain.maps.size(); ++i) CHECK(same(other.maps[i], plain.maps[i]));
-                        }
-                }
-            }
 }
 
 TEST_CASE("steps taken together by bands of rows have the bits of steps taken one by one") {

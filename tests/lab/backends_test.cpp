@@ -78,18 +78,30 @@ TEST_CASE("on every backend and on grids of any tiles every cell has the same bi
 }
 
 // DERMIS_MARCHES=SEED repeats one scene of each kind.
-TEST_CASE("a march of any drawn scene in float has the same bits on CPU and Vulkan, in every cell at every output, and "
-          "models that can serve it agree") {
+TEST_CASE(
+    "a march of any drawn scene has the same bits with every instruction set and on Vulkan in every cell at every "
+    "output, and models that can serve it agree") {
     const Validated vulkan;
     const char* const given = std::getenv("DERMIS_MARCHES");
-    const unsigned first = given     ? unsigned(std::stoul(given))
-                           : night() ? std::random_device()()
-                                     : 1,
-                   scenes = given     ? 1
-                            : night() ? 1000
-                                      : 100;
+    unsigned first = night() ? std::random_device()() : 1, scenes = night() ? 1000 : 100, compared = 0;
+    if (given) first = unsigned(std::stoul(given)), scenes = 1;
     MESSAGE(scenes, " scenes of each kind, seeds from ", first, " on");
-    unsigned compared = 0;
+    // The numbers of a march, or why it is refused: a sum of loads, or numbers beyond float.
+    const auto marched = [&](const Scene& s, const Device& device, bool check) {
+        std::pair<std::vector<double>, std::string> found;
+        RunOptions options;
+        options.check = check;
+        try {
+            const Result r = run(s, device, options);
+            CHECK(r.cells_different == 0);
+            compared += r.cells_compared > 0;
+            found.first = numbers_of(r);
+        } catch (const Error& e) {
+            CHECK(int(e.code()) == int(Error::Code::bad_input));
+            found.second = e.what();
+        }
+        return found;
+    };
     for (auto next : {&oracle::Family::next, &oracle::Family::next_sparse})
         for (unsigned seed = first; seed != first + scenes; ++seed) {
             oracle::Family family(seed);
@@ -100,21 +112,17 @@ TEST_CASE("a march of any drawn scene in float has the same bits on CPU and Vulk
             s.tolerance.reset();
             s.model = Model::march;
             if (s.sites.empty()) s.output.fields.push_back({0, {Quantity::curvature, Quantity::deformation}});
-            RunOptions check;
-            check.precision = s.precision = seed % 2 ? Precision::f32 : Precision::f32_compensated;
-            const auto refused = [&](const Device& device) { // a sum of loads, or numbers beyond float
-                try {
-                    const Result r = run(s, device, check);
-                    if (check.check) CHECK(r.cells_different == 0), compared += r.cells_compared > 0;
-                    return std::string();
-                } catch (const Error& e) {
-                    CHECK(int(e.code()) == int(Error::Code::bad_input));
-                    return std::string(e.what());
-                }
-            };
-            const std::string why = refused(Device::cpu(3));
-            check.check = why.empty();
-            CHECK(refused(vulkan.device()).empty() == why.empty()); // where one refuses a scene, all do
+            for (Precision precision : {seed % 2 ? Precision::f32 : Precision::f32_compensated, Precision::f64}) {
+                s.precision = precision;
+                const auto plain = marched(s, cpu_with(1, plain_loops()), false),
+                           threads = marched(s, cpu_with(2 + int(seed % 2), seed), false);
+                CHECK(same_bits(threads.first, plain.first));
+                CHECK(threads.second.empty() == plain.second.empty());
+                if (precision == Precision::f64) continue;
+                const auto device = marched(s, vulkan.device(), plain.second.empty());
+                CHECK(same_bits(device.first, plain.first));
+                CHECK(device.second.empty() == plain.second.empty());
+            }
         }
     CHECK((given || compared > scenes));
 }
