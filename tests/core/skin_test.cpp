@@ -4,11 +4,11 @@
 #include "host/core/model/laplacian.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
 #include <cstring>
-#include <fstream>
 #include <thread>
 
 using namespace test;
@@ -70,16 +70,9 @@ TEST_CASE(
         Scene s;
         static_cast<SkinDescription&>(s) = d;
         const std::string path = temporary("skin_sequence.npy").string();
-        {
-            std::ofstream file(path, std::ios::binary);
-            file << npy_header("<f4", "(40, 21, 45)");
-            std::vector<float> rest(size_t(width * height),
-                                    0.0f); // the sequence's first frame is a jump, a skin's never
-            for (int n = 0; n < frames; ++n) {
-                const std::vector<float> map = n == 0 ? rest : frame(s, n);
-                file.write(reinterpret_cast<const char*>(map.data()), std::streamsize(map.size() * sizeof(float)));
-            }
-        }
+        std::vector<std::vector<double>> maps(frames, std::vector<double>(size_t(width * height))); // rests at first
+        for (int n = 1; n < frames; ++n) std::ranges::copy(frame(s, n), maps[size_t(n)].begin());
+        oracle::write_frames(path, s.grid, maps);
         s.load.kind = Load::Kind::sequence;
         s.load.path = path;
         s.load.interval = s.time.step = 0.02;

@@ -364,44 +364,41 @@ TEST_CASE("SA1 that follows the stress answers as a spring of the modulus at res
 }
 
 TEST_CASE("what a skin at depths cannot have is refused by name") {
-    const auto why = [](auto change) {
+    const auto says = [](auto change, const char* part) {
         SkinDescription d = deep_ridges(12, 9);
         SkinOptions options;
         change(d, options);
-        return refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), d, options); });
+        const std::string why = refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), d, options); });
+        CHECK_MESSAGE(why.find(part) != std::string::npos, why);
     };
-    const auto says = [](const std::string& text, const char* part) {
-        CHECK_MESSAGE(text.find(part) != std::string::npos, text);
-    };
-    says(why([](SkinDescription& d, SkinOptions&) {
-             d.material.elements[0].modulus_map = std::vector<double>(108, 1e5);
-         }),
+    says([](SkinDescription& d, SkinOptions&) { d.material.elements[0].modulus_map = std::vector<double>(108, 1e5); },
          "receptors.depth.sa1 = 3e-04; allowed: none where the material differs");
-    says(why([](SkinDescription& d, SkinOptions&) { d.edges = Edges::periodic; }),
+    says([](SkinDescription& d, SkinOptions&) { d.edges = Edges::periodic; },
          "receptors.depth.sa1 = 3e-04; allowed: none with curvature.edges = \"periodic\"");
-    says(why([](SkinDescription&, SkinOptions& o) { o.control = Control::depth; }),
+    says([](SkinDescription&, SkinOptions& o) { o.control = Control::depth; },
          "receptors.depth = (given); allowed: none with control = depth");
-    says(why([](SkinDescription& d, SkinOptions&) { d.grid.spacing.reset(); }), "only with grid.spacing");
-    says(why([](SkinDescription& d, SkinOptions&) { d.receptors.depth.fa1 = 200; }),
+    says([](SkinDescription& d, SkinOptions&) { d.grid.spacing.reset(); }, "only with grid.spacing");
+    says([](SkinDescription& d, SkinOptions&) { d.receptors.depth.fa1 = 200; },
          "receptors.depth.fa1 = 200; allowed: 0, or 1e-10 .. 100, a millionth and a million times grid.spacing");
-    says(why([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa2 = Signal::stress; }),
+    says([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa2 = Signal::stress; },
          "receptors.follow.sa2 = \"stress\"; allowed: \"strain\" in a skin pressed frame by frame: only scenes");
-    says(why([](SkinDescription& d, SkinOptions&) {
-             d.receptors.follow.sa1 = Signal::stress, d.material.dashpot = 1e5;
-         }),
+    says([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa1 = Signal::stress, d.material.dashpot = 1e5; },
          "receptors.follow.sa1 = \"stress\"; allowed: \"strain\", unless");
-    says(why([](SkinDescription& d, SkinOptions& o) {
-             d.receptors.depth = {}, d.receptors.follow.sa1 = Signal::stress, o.control = Control::depth;
-         }),
-         "receptors.follow.sa1");
-    says(why([](SkinDescription&, SkinOptions& o) {
-             o.shear = true, o.sa2_stretch = {1, 0};
-         }),
-         "sa2_stretch = (given); allowed: none with receptors.depth.sa2");
-    says(why([](SkinDescription& d, SkinOptions& o) {
-             d.sites = {{Quantity::sa1, {1, 1}}}, o.shear = true;
-         }),
-         "shear = true; allowed: false in a skin with sites");
+    says(
+        [](SkinDescription& d, SkinOptions& o) {
+            d.receptors.depth = {}, d.receptors.follow.sa1 = Signal::stress, o.control = Control::depth;
+        },
+        "receptors.follow.sa1");
+    says(
+        [](SkinDescription&, SkinOptions& o) {
+            o.shear = true, o.sa2_stretch = {1, 0};
+        },
+        "sa2_stretch = (given); allowed: none with receptors.depth.sa2");
+    says(
+        [](SkinDescription& d, SkinOptions& o) {
+            d.sites = {{Quantity::sa1, {1, 1}}}, o.shear = true;
+        },
+        "shear = true; allowed: false in a skin with sites");
 }
 
 TEST_CASE("a press at depths allocates nothing, with sites, fibres and a stress that is followed") {

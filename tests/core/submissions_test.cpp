@@ -3,6 +3,7 @@
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/command.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -43,12 +44,13 @@ Scene marched(const std::string& frames) {
 
 // Writes five frames for it and returns their path.
 std::string write_frames(const Folder& folder) {
-    std::string file = npy_header("<f4", "(5, 30, 40)");
+    std::vector<std::vector<double>> maps;
     for (int n = 0; n < 5; ++n) {
         const std::vector<float> map = frame(marched(""), n);
-        file.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(float));
+        maps.emplace_back(map.begin(), map.end());
     }
-    return folder.write("frames.npy", file);
+    oracle::write_frames(folder / "frames.npy", marched("").grid, maps);
+    return (folder / "frames.npy").string();
 }
 
 SkinDescription chain_of_three(int width, int height) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // Contact on the crests of the ridges alone.
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 
 using namespace test;
@@ -73,12 +73,8 @@ TEST_CASE("the frames of a sequence are pressed on crests as the map of a produc
     product.load.envelope = {.kind = Envelope::Kind::table, .times = {0, 0.05}, .values = {0, 1}};
     product.receptors.fa2 = Fa2::step_mean;
     const auto path = temporary("crests.npy");
-    {
-        std::ofstream out(path, std::ios::binary);
-        out << npy_header("<f8", "(2, 60, 120)");
-        for (double level : {0.0, 1.0})
-            for (double p : product.load.map) out.write(reinterpret_cast<const char*>(&(p *= level)), 8);
-    }
+    const std::vector<double> map = product.load.map.values();
+    oracle::write_frames(path, product.grid, {std::vector<double>(map.size()), map});
     Scene frames = product;
     frames.load = {.kind = Load::Kind::sequence,
                    .path = path.string(),

@@ -152,12 +152,8 @@ TEST_CASE("punches and followed stresses that have no meaning are refused by nam
         CHECK_MESSAGE(why.find(says) != std::string::npos, why);
     };
     const auto follow = [](Scene& s) { s.receptors.follow.sa1 = Signal::stress; };
-    refused([](Scene& s) { s.load.control = Load::Control::pressure; },
-            "load.control = \"pressure\"; allowed: \"depth\"");
-    refused([](Scene& s) { s.method = Method::euler; }, "\"exact\" with load.control = \"depth\"");
     refused([](Scene& s) { s.receptors.fa2 = Fa2::point, s.output.traces = {Quantity::fa2}; },
             "\"step-mean\" with load.control");
-    refused([](Scene& s) { s.receptors.poisson = 0.6; }, "receptors.poisson = 0.6; allowed: 0..0.5");
     refused([&](Scene& s) { follow(s), s.material.dashpot = 1e6; }, "a dashpot, whose stress ends at 0");
     refused(
         [&](Scene& s) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // Loads that are sums of products of a map and an envelope: several loads, gratings that move, windows.
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <complex>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 
 using namespace test;
@@ -194,15 +194,10 @@ TEST_CASE("a grating is the limit of explicit frames, in any direction") {
     const double interval = s.time.step / 64;
     const int frames = int(s.time.duration / interval) + 1;
     const auto path = temporary("grating.npy");
-    {
-        std::ofstream out(path, std::ios::binary);
-        out << npy_header("<f8", "(" + std::to_string(frames) + ", 8, 50)");
-        for (int k = 0; k < frames; ++k)
-            for (int i = 0; i < 8 * 50; ++i) {
-                const double p = pressure_at(s, i % 50, i / 50, k * interval);
-                out.write(reinterpret_cast<const char*>(&p), 8);
-            }
-    }
+    std::vector<std::vector<double>> pressures(static_cast<size_t>(frames));
+    for (int k = 0; k < frames; ++k)
+        for (int i = 0; i < 8 * 50; ++i) pressures[size_t(k)].push_back(pressure_at(s, i % 50, i / 50, k * interval));
+    oracle::write_frames(path, s.grid, pressures);
     Scene framed = s;
     framed.load = {.kind = Load::Kind::sequence, .path = path.string(), .interval = interval, .hold = Hold::parabolic};
     framed.precision = Precision::f64;
