@@ -145,22 +145,6 @@ TEST_CASE("an area is a radius, and Hertz's radius of a ball gives Hertz's peak"
     CHECK(r.greatest == relative(peak, 2e-3));
 }
 
-TEST_CASE("contacts add up, to each other and to what the buffer holds") {
-    Random random;
-    Buffer together(64, 80), apart(64, 80);
-    const std::vector<Contact> contacts = contacts_inside(random, together.pad, 10);
-    const ContactReport r = add_contacts(together.pad, contacts);
-    int cells = 0;
-    double placed = 0;
-    for (const Contact& c : contacts) {
-        const ContactReport one = add_contacts(apart.pad, {c});
-        cells += one.cells, placed += one.placed;
-    }
-    CHECK(together.pressure == apart.pressure);
-    CHECK(cells == r.cells);
-    CHECK(placed == relative(r.placed, 1e-12)); // the same floats
-}
-
 TEST_CASE("a patch that covers no cell's centre presses the nearest cell, and is reported") {
     for (double radius : {0.0, 1e-6, 0.3 * quarter}) {
         Buffer b(10, 8);
