@@ -59,14 +59,6 @@ double of_cell(double x, double y, const Depth& d) {
            of_corner(x - 0.5, y - 0.5, d);
 }
 
-// Pressure by the distance from the middle cell of a square grid.
-template <class Of> std::vector<float> about_middle(int cells, Of of) {
-    std::vector<float> map;
-    for (int y = 0; y < cells; ++y)
-        for (int x = 0; x < cells; ++x) map.push_back(float(of(std::hypot(x - cells / 2, y - cells / 2))));
-    return map;
-}
-
 // The skin below which one cell at a time is pressed on a square grid.
 class OneCell {
   public:
@@ -126,48 +118,6 @@ std::vector<float> drawn_pressure(Random& r, size_t cells) {
 }
 
 } // namespace
-
-TEST_CASE("on the axis of an even disc a skin has Boussinesq's stress and strain, and on a punch's that of Sneddon") {
-    constexpr int cells = 161;
-    constexpr double radius = 60;
-    const auto disc = about_middle(cells, [](double r) { return std::clamp(radius - r + 0.5, 0.0, 1.0); });
-    const auto punch = about_middle(cells, [](double r) { // the mean over a ring: the pressure is infinite at its end
-        const auto inside = [](double s) { return -std::sqrt(std::max(1 - s * s / (radius * radius), 0.0)); };
-        const double low = std::max(r - 0.5, 0.0), high = r + 0.5;
-        return radius * radius * (inside(high) - inside(low)) / (high * high - low * low);
-    });
-    for (double z : {0.3, 1.0, 3.0, 6.0, 7.0, 10.0, 22.0, 40.0}) {
-        CAPTURE(z);
-        const size_t middle = size_t(cells / 2) * (cells + 1);
-        const double c = z / std::hypot(radius, z), q = z / radius;
-        CHECK(Below(cells, cells, {z, DepthKernel::stress, 0})(disc)[middle] == absolute(1 - c * c * c, 1e-3));
-        const double sideways = 0.9 - 1.4 * c + c * c * c / 2; // each of the horizontal stresses, of ratio 0.4
-        CHECK(Below(cells, cells, {z, DepthKernel::strain, 0.4})(disc)[middle] ==
-              absolute(1 - c * c * c - 0.8 * sideways, 1e-3));
-        CHECK(Below(cells, cells, {z, DepthKernel::stress, 0})(punch)[middle] ==
-              absolute((1 + 3 * q * q) / (1 + q * q) / (1 + q * q) / 2, 1e-3 * greatest_of(punch)));
-    }
-}
-
-TEST_CASE(
-    "in the middle of a wide skin a wave of pressure keeps (1 + kz)e^(-kz), and a cell's force goes all the way down") {
-    constexpr int cells = 320;
-    constexpr double k = 2 * std::numbers::pi / 24;
-    std::vector<float> wave, cell(size_t(cells) * cells);
-    for (int i = 0; i < cells * cells; ++i) wave.push_back(float(std::cos(k * (i % cells - cells / 2))));
-    const size_t middle = size_t(cells / 2) * (cells + 1);
-    cell[middle] = 1;
-    for (double z : {1.0, 3.0, 6.0, 10.0, 22.0}) {
-        CAPTURE(z);
-        Below below(cells, cells, {z, DepthKernel::stress, 0});
-        CHECK(below(wave)[middle] == absolute(std::sin(k / 2) / (k / 2) * (1 + k * z) * std::exp(-k * z), 1e-3));
-        const std::vector<float> spread = below(cell);
-        const double sum = std::accumulate(spread.begin(), spread.end(), 0.0),
-                     tail = std::pow(z / std::hypot(cells / 2, z), 3);
-        CHECK(sum <= 1 + 1e-3);
-        CHECK(sum >= 1 - tail - 1e-3);
-    }
-}
 
 TEST_CASE("below a pressed cell the errors against Love's corners sum to less than 1e-3, at every depth and place") {
     constexpr double ratios[] = {0.05, 0.3, 1,    1.5, 2,  2.5,   3,  3.5, 4,  5, 6,

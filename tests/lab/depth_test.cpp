@@ -6,7 +6,6 @@
 #include "tests/support.hpp"
 
 #include <filesystem>
-#include <numbers>
 #include <random>
 
 using namespace test;
@@ -91,27 +90,6 @@ TEST_CASE("on the axis of an even disc the stress is that of Boussinesq") {
             CHECK(at_end(s) == doctest::Approx(1 - c * c * c - 2 * nu * sideways).epsilon(1e-4));
         }
     }
-}
-
-TEST_CASE("a point force, a line and a wave of pressure act as the theory of the half-space says") {
-    const int cells = 301;
-    const double spacing = 2e-5, z = 3e-4;
-    Scene s = pressed(cells, spacing, round_map(cells, [](double r) { return r == 0 ? 1.0 : 0.0; }));
-    s.receptors.depth.sa1 = z;
-    for (int away : {0, 10, 40, 140}) {
-        s.output.probes = {{cells / 2 + away, cells / 2}};
-        const double r = away * spacing, rho = std::hypot(r, z);
-        CHECK(at_end(s) ==
-              doctest::Approx(spacing * spacing * 3 * z * z * z / (2 * std::numbers::pi * std::pow(rho, 5)))
-                  .epsilon(5e-3));
-    }
-    const double k = 2 * std::numbers::pi / (30 * spacing), q = k * z;
-    std::vector<double> wave;
-    for (int i = 0; i < cells * cells; ++i) wave.push_back(std::cos(k * spacing * (i % cells - cells / 2)));
-    s.load.map = wave;
-    s.output.probes = {{cells / 2, cells / 2}};
-    const double of_cell = std::sin(k * spacing / 2) / (k * spacing / 2);
-    CHECK(at_end(s) == doctest::Approx(of_cell * (1 + q) * std::exp(-q)).epsilon(1e-3));
 }
 
 TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") {
@@ -412,21 +390,6 @@ TEST_CASE(
     CHECK(int(run(s).model) == int(Model::sites));
     product.tolerance = 1e-9;
     CHECK(int(run(product).model) == int(Model::maps));
-}
-
-TEST_CASE("the force at any depth is the force that presses, and at no depth the stress is the pressure") {
-    Scene s = pressed(241, 1e-4, round_map(241, [](double r) { return r < 5 ? 1.0 : 0.0; }));
-    double force = 0;
-    for (double p : s.load.map) force += p;
-    s.receptors.depth.sa1 = 2e-4;
-    const double within = std::hypot(120, 2); // cells; of a circle within the grid, that of a point force on its axis
-    double kept = 0;
-    for (double v : field_of(s, Quantity::sa1, 0.9)) kept += v * 2e4;
-    CHECK(kept / force > 1 - std::pow(2 / within, 3) - 1e-9);
-    CHECK(kept / force < 1);
-    s.receptors.depth.sa1 = 0;
-    const Scene surface = pressed(241, 1e-4, s.load.map);
-    CHECK(field_of(s, Quantity::sa1, 0.9) == field_of(surface, Quantity::sa1, 0.9));
 }
 
 TEST_CASE("where a depth would be wrong it is refused by name") {
