@@ -3,10 +3,11 @@
 // Sequences: frames are samples of a continuous pressure.
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>
-#include <fstream>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -14,29 +15,19 @@ using namespace test;
 
 namespace {
 
-template <class T> std::string write_frames(const std::vector<std::vector<double>>& frames, int width, int height) {
-    static int number = 0;
-    const auto path = temporary("frames_" + std::to_string(number++) + ".npy");
-    std::ofstream out(path, std::ios::binary);
-    out << npy_header(sizeof(T) == 8 ? "<f8" : "<f4", "(" + std::to_string(frames.size()) + ", " +
-                                                          std::to_string(height) + ", " + std::to_string(width) + ")");
-    for (const auto& frame : frames)
-        for (double v : frame) {
-            const T value = T(v);
-            out.write(reinterpret_cast<const char*>(&value), sizeof value);
-        }
-    return path.string();
-}
-
 struct File { // removed at the end
     std::string path;
+    File(const std::string& name, const Grid& grid, const std::vector<std::vector<double>>& frames)
+        : path(temporary(name).string()) {
+        oracle::write_frames(path, grid, frames);
+    }
     ~File() { std::filesystem::remove(path); }
 };
 
 // A scene with the frames values[k]*map, and the same as a table.
 struct Both {
     Scene sequence, table;
-    File file;
+    std::unique_ptr<File> file;
 };
 Both both(const std::vector<double>& values, double interval, double step) {
     Both b;
@@ -48,10 +39,10 @@ Both both(const std::vector<double>& values, double interval, double step) {
         frames.push_back(map);
         for (double& p : frames.back()) p *= v;
     }
-    b.file.path = write_frames<double>(frames, 14, 10);
+    b.file = std::make_unique<File>("frames.npy", b.table.grid, frames);
     b.sequence = b.table;
     b.sequence.load.kind = Load::Kind::sequence;
-    b.sequence.load.path = b.file.path;
+    b.sequence.load.path = b.file->path;
     b.sequence.load.interval = interval;
     Envelope& e = b.table.load.envelope;
     e.kind = Envelope::Kind::table;
@@ -125,7 +116,7 @@ TEST_CASE("a 250 Hz load sampled at 1 kHz has its FA2 within 1 %; held frames wo
     const double w = 2 * std::numbers::pi * 250;
     std::vector<std::vector<double>> frames;
     for (int k = 0; k <= 200; ++k) frames.push_back({1 + std::sin(w * k * 1e-3 + 0.3)});
-    const File file{write_frames<double>(frames, 1, 1)};
+    const File file("frames.npy", {1, 1, {}}, frames);
     Scene s;
     s.grid = {1, 1, {}};
     s.time = {1e-3, 0.2};
@@ -242,9 +233,9 @@ TEST_CASE("a plan says what the frames of a sequence lose, and a report at which
 
 TEST_CASE("bad sequences are refused, with file, frame and cell") {
     std::vector<std::vector<double>> frames(4, std::vector<double>(6, 1.0));
-    const File good{write_frames<float>(frames, 3, 2)};
+    const File good("good.npy", {3, 2, {}}, frames);
     frames[2][4] = NAN;
-    const File bad{write_frames<float>(frames, 3, 2)};
+    const File bad("bad.npy", {3, 2, {}}, frames);
     Scene s = small_scene(3, 2);
     s.load.kind = Load::Kind::sequence;
     s.load.path = good.path;
