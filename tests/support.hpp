@@ -91,4 +91,10 @@ template <class Call> std::string refusal(Error::Code code, Call&& call) {
     return "";
 }
 
+// Checks that `call` is refused as bad input, in a message with these words.
+template <class Call> void refuses(Call&& call, const std::string& words) {
+    const std::string why = refusal(Error::Code::bad_input, call);
+    CHECK_MESSAGE(why.find(words) != std::string::npos, why);
+}
+
 } // namespace test

@@ -79,8 +79,7 @@ TEST_CASE("presses in a host's command buffer give the CPU's bits and touch noth
             check_presses(context, with_chain(with_materials(d)));
             check_presses(context, with_sites(with_chain(with_materials(d)), 50));
         }
-    SkinOptions lean;
-    lean.responses = {Quantity::fa1};
+    SkinOptions lean{.responses = {Quantity::fa1}};
     check_presses(context, ridged(64, 19), lean);
     for (const double depth : {0.7, 4.0}) {
         const SkinDescription deep = with_depths(ridged(67, 19), depth);
@@ -100,8 +99,7 @@ TEST_CASE("presses without responses leave them unwritten, and the one that ends
     for (const SkinDescription& d : {ridged(40, 19), with_sites(with_chain(ridged(40, 19)), 50),
                                      with_depths(ridged(40, 19), 2), with_sites(with_depths(ridged(40, 19), 2), 50)})
         for (const int pads : {1, 3}) {
-            SkinOptions options;
-            options.count = pads;
+            SkinOptions options{.count = pads};
             Host host(context, d, 4, options);
             Skin skin(Device::cpu(1), d, options);
             vulkan::Recording recording(context);
@@ -176,8 +174,7 @@ TEST_CASE("a response of more than 128 MiB: no binding above 128 MiB, the CPU's 
     const int height = night() ? 8192 : 4160; // 256 or 130 MiB
     SkinDescription d;
     d.grid = {8192, height, {}};
-    SkinOptions one;
-    one.responses = {Quantity::fa1};
+    SkinOptions one{.responses = {Quantity::fa1}};
     const vulkan::Loader loader = shimmed();
     shim.range = 1 << 27;
     const Device vulkan = open_device("vulkan", loader);
@@ -198,9 +195,7 @@ TEST_CASE("millions of receptors: no more than 65535 groups along an axis, and e
     const Validated vulkan;
     SkinDescription d = ridged(1600, 1600);
     d.surface.kind = Surface::Kind::flat;
-    SkinOptions one;
-    one.responses = {Quantity::fa1};
-    one.precision = Precision::f32;
+    SkinOptions one{.responses = {Quantity::fa1}, .precision = Precision::f32};
     const std::vector<float> pressure = frame(d, 1);
     Skin fields(Device::cpu(), d, one);
     for (int i = 0; i < 1600 * 1600; ++i) d.sites.push_back({Quantity::fa1, {i % 1600, i / 1600}});
@@ -455,8 +450,7 @@ TEST_CASE("nothing of sites is bound beyond the limit either") {
     const vulkan::Loader loader = shimmed();
     shim.range = 14000;
     const Device device = open_device("0", loader);
-    SkinOptions plain;
-    plain.precision = Precision::f32;
+    SkinOptions plain{.precision = Precision::f32};
     SkinDescription d = ridged(300, 100, Stencil::fourth_order);
     for (int i = 0; i < 230; ++i) d.sites.push_back({Quantity::fa1, {2 + 5 * (i % 50), 2 + 5 * (i / 50)}});
     CHECK(says(refused([&] { Skin(device, d, plain); }), "230 sites need 87808 bytes"));

@@ -176,8 +176,7 @@ TEST_CASE("a load that is a parabola in time is pressed exactly, whatever the st
                 if (e.viscosity == 0) d.material.spring = e.modulus;
                 else if (e.modulus == 0 && chain.size() > 1) d.material.dashpot = e.viscosity;
                 else d.material.elements.push_back({e.modulus, e.viscosity});
-            SkinOptions options;
-            options.hold = Hold::parabolic;
+            SkinOptions options{.hold = Hold::parabolic};
             Skin skin(device, d, options);
             std::vector<model::Element> viscous = chain;
             std::erase_if(viscous, [](const model::Element& e) { return e.viscosity == 0; });
@@ -264,8 +263,7 @@ TEST_CASE("a state says under which hold it was saved, and its steps are checked
 }
 
 TEST_CASE("a SkinProgram refuses parabolic hold by name") {
-    SkinOptions options;
-    options.hold = Hold::parabolic;
+    SkinOptions options{.hold = Hold::parabolic};
     CHECK(refusal(Error::Code::bad_input, [&] { vulkan::SkinProgram({}, small_scene(9, 7), 2, options); }) ==
           "hold = parabolic; allowed: linear in a SkinProgram; a Skin has both");
 }

@@ -40,8 +40,7 @@ std::vector<Backend> backends(const Validated& vulkan) {
 }
 
 Result run_on(const Scene& s, const Backend& b) {
-    RunOptions options;
-    options.precision = b.precision;
+    RunOptions options{.precision = b.precision};
     return run(s, b.device, options);
 }
 
@@ -137,8 +136,7 @@ TEST_CASE("elastic and viscous cells in one skin: each kind has its impulses, th
     s.material.viscosity_map = {0, 4};
     s.receptors.fa2 = Fa2::step_mean;
     s.output.probes = {{0, 0}, {1, 0}};
-    RunOptions options;
-    options.precision = Precision::f64;
+    RunOptions options{.precision = Precision::f64};
     const Result r = run(s, Device::cpu(), options);
     REQUIRE(r.impulses.size() == 2);
     CHECK(int(r.impulses[0].quantity) == int(Quantity::fa1));

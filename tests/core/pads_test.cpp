@@ -32,51 +32,45 @@ TEST_CASE("a press of pads that is refused names what is wrong, and nothing has 
     const size_t cells = 60;
     for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
         CAPTURE(device.info().name);
-        SkinOptions five;
-        five.count = pads;
+        SkinOptions five{.count = pads};
         Skin batch(device, d, five);
         batch.press(std::vector<float>(pads * cells, 3.0f), 0.01);
         const Bytes before = saved(batch);
-        const auto says = [&](auto call, const char* what) {
-            const std::string message = refusal(Error::Code::bad_input, call);
-            CAPTURE(message);
-            CHECK(message.find(what) != std::string::npos);
-        };
         std::vector<float> some(3 * cells, 1.0f);
-        says([&] { batch.press(some, 0.01, std::vector<int>{0, 1, 5}); }, "5 at position 2");
-        says([&] { batch.press(some, 0.01, std::vector<int>{0, -1, 4}); }, "-1 at position 1");
-        says([&] { batch.press(some, 0.01, std::vector<int>{0, 3, 3}); }, "3 at position 2");
-        says([&] { batch.press(some, 0.01, std::vector<int>{0, 3}); }, "180 cells");
-        says([&] { batch.press(some, 0.01); }, "5 pads");
-        says([&] { batch.press(some, {0.01, 0.1}, std::vector<int>{0, 1, 2}); }, "2 steps");
-        says([&] { batch.press(some, {0.01, NAN, 0.1}, std::vector<int>{0, 1, 2}); }, "dt");
-        says([&] { batch.press(some, {0.01, 1e39, 0.1}, std::vector<int>{0, 1, 2}); }, "1e+39");
+        refuses([&] { batch.press(some, 0.01, std::vector<int>{0, 1, 5}); }, "5 at position 2");
+        refuses([&] { batch.press(some, 0.01, std::vector<int>{0, -1, 4}); }, "-1 at position 1");
+        refuses([&] { batch.press(some, 0.01, std::vector<int>{0, 3, 3}); }, "3 at position 2");
+        refuses([&] { batch.press(some, 0.01, std::vector<int>{0, 3}); }, "180 cells");
+        refuses([&] { batch.press(some, 0.01); }, "5 pads");
+        refuses([&] { batch.press(some, {0.01, 0.1}, std::vector<int>{0, 1, 2}); }, "2 steps");
+        refuses([&] { batch.press(some, {0.01, NAN, 0.1}, std::vector<int>{0, 1, 2}); }, "dt");
+        refuses([&] { batch.press(some, {0.01, 1e39, 0.1}, std::vector<int>{0, 1, 2}); }, "1e+39");
         some[2 * cells + 21] = INFINITY;
-        says([&] { batch.press(some, 0.01, std::vector<int>{0, 1, 4}); }, "cell [1, 1] of pad 4");
-        says([&] { batch.reset(std::vector<int>{5}); }, "5 at position 0");
-        says([&] { (void)batch.state_bytes(std::vector<int>{2, 2}); }, "2 at position 1");
-        says([&] { (void)batch.report(5); }, "0..4");
+        refuses([&] { batch.press(some, 0.01, std::vector<int>{0, 1, 4}); }, "cell [1, 1] of pad 4");
+        refuses([&] { batch.reset(std::vector<int>{5}); }, "5 at position 0");
+        refuses([&] { (void)batch.state_bytes(std::vector<int>{2, 2}); }, "2 at position 1");
+        refuses([&] { (void)batch.report(5); }, "0..4");
         Material other = d.material;
-        says([&] { batch.set_material(other, std::vector<int>{0}); }, "no materials of their own");
+        refuses([&] { batch.set_material(other, std::vector<int>{0}); }, "no materials of their own");
         other.modulus = -1;
-        says([&] { batch.set_material(other); }, "material.modulus");
+        refuses([&] { batch.set_material(other); }, "material.modulus");
         CHECK(saved(batch) == before);
     }
     SkinOptions options;
     const auto made = [&] { Skin(Device::cpu(), d, options); };
     for (int count : {0, -1, 1048577}) {
         options.count = count;
-        CHECK(refusal(Error::Code::bad_input, made).find("1..1048576") != std::string::npos);
+        refuses(made, "1..1048576");
     }
     options.count = 3;
     options.materials = {d.material, d.material};
-    CHECK(refusal(Error::Code::bad_input, made).find("2 materials") != std::string::npos);
+    refuses(made, "2 materials");
     options.materials.push_back(d.material);
     options.materials[2].modulus = -2;
-    CHECK(refusal(Error::Code::bad_input, made).find("materials[2]") != std::string::npos);
+    refuses(made, "materials[2]");
     options.materials[2] = {};
     options.materials[2].elements = {{1, 1}, {2, 2}};
-    CHECK(refusal(Error::Code::bad_input, made).find("materials[2]") != std::string::npos);
+    refuses(made, "materials[2]");
 }
 
 TEST_CASE("pads in a host's command buffer have the CPU's bits, those that are not pressed keep state and pressure") {
@@ -85,8 +79,7 @@ TEST_CASE("pads in a host's command buffer have the CPU's bits, those that are n
     for (int variant = 0; variant < 8; ++variant) {
         CAPTURE(variant);
         SkinDescription d = pad(21, 6);
-        SkinOptions options;
-        options.count = pads;
+        SkinOptions options{.count = pads};
         for (int i = 0; variant & 1 && i < pads; ++i) {
             options.materials.push_back(d.material);
             options.materials.back().viscosity = 0.5 + i;
@@ -144,8 +137,7 @@ TEST_CASE("pads in a host's command buffer have the CPU's bits, those that are n
 
 TEST_CASE("presses of pads allocate nothing") {
     const SkinDescription d = pad(20, 25);
-    SkinOptions options;
-    options.count = 64;
+    SkinOptions options{.count = 64};
     for (int threads : {1, 2}) {
         Skin batch(Device::cpu(threads), d, options);
         const std::vector<float> pressure(64 * 500, 1.0f), some(2 * 500, 2.0f);

@@ -28,12 +28,7 @@ SkinDescription sheared_skin() {
     return d;
 }
 
-SkinOptions with_shear(int count = 1) {
-    SkinOptions o;
-    o.count = count;
-    o.shear = true;
-    return o;
-}
+SkinOptions with_shear(int count = 1) { return {.count = count, .shear = true}; }
 
 // A smooth patch of `peak` Pa around the middle of a pad.
 std::vector<float> patch(double peak) {

@@ -99,8 +99,7 @@ TEST_CASE("whatever a progress callback does on the run's own device, no number 
         for (const std::string& frames : {std::string(), file}) {
             CAPTURE(device.info().name);
             CAPTURE(frames);
-            RunOptions options;
-            options.check = device.info().vulkan && !frames.empty();
+            RunOptions options{.check = device.info().vulkan && !frames.empty()};
             const Scene scene = marched(frames);
             const Numbers right = numbers_of(run(scene, device, options));
             const SkinDescription d = small_scene(40, 30);
@@ -190,9 +189,7 @@ TEST_CASE("no submission of a press is more work than its limit; the limit is ab
             const Device device = open_device("0", shimmed(), {.validation = {}, .most_work = most});
             SkinDescription d = small_scene(c.width, c.height);
             if (elements > 1) d.material.elements = {{3, 0.1}, {2, 0.9}, {1, 4}};
-            SkinOptions options;
-            options.count = c.count;
-            options.precision = Precision::f32_compensated;
+            SkinOptions options{.precision = Precision::f32_compensated, .count = c.count};
             Skin skin(device, d, options);
             const std::vector<float> pressures(size_t(c.width * c.height * c.count), 1.0f);
             std::vector<uint64_t> submissions;

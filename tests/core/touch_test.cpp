@@ -164,8 +164,7 @@ TEST_CASE("Each call takes away what the one before pressed, and allocates nothi
 }
 
 TEST_CASE("A press by a Touch allocates nothing") {
-    SkinOptions options;
-    options.count = pads;
+    SkinOptions options{.count = pads};
     Skin batch(Device::cpu(2), skin_of_pads(), options);
     Touch touch(tip(), pads, 1e-3);
     const Table t = table_of(3);
@@ -182,8 +181,7 @@ TEST_CASE(
     const Validated vulkan;
     Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
     SkinDescription d = skin_of_pads();
-    SkinOptions options;
-    options.count = pads;
+    SkinOptions options{.count = pads};
     constexpr int frames = 6;
     Host host(context, d, frames, options);
     Skin skin(Device::cpu(1), d, options);
@@ -297,8 +295,7 @@ TEST_CASE("What a Touch cannot take is refused by name, and changes nothing") {
 }
 
 TEST_CASE("A Touch of other pads than the skin's is refused, and so is a shape with memory") {
-    SkinOptions options;
-    options.count = pads;
+    SkinOptions options{.count = pads};
     Skin skin(Device::cpu(1), skin_of_pads(), options);
     const auto message = [](auto call) { return refusal(Error::Code::bad_input, call); };
     CHECK(message([&] { skin.press(Touch(tip(), 8, 1e-3), 1e-3); }) ==

@@ -12,11 +12,7 @@ using namespace test;
 
 namespace {
 
-SkinOptions of_pads(int count) {
-    SkinOptions options;
-    options.count = count;
-    return options;
-}
+SkinOptions of_pads(int count) { return {.count = count}; }
 
 // The nth pressure of these pads.
 std::vector<float> frames_of(const SkinDescription& d, int n, size_t pads) {

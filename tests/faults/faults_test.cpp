@@ -50,8 +50,7 @@ Numbers run_scene(const Device& device) {
 // Three presses, with a reset, a state that is saved and one that is loaded.
 Numbers press_skin(const Device& device) {
     const SkinDescription d = small_scene(33, 20);
-    SkinOptions options;
-    options.responses = {Quantity::sa1, Quantity::fa2};
+    SkinOptions options{.responses = {Quantity::sa1, Quantity::fa2}};
     Skin skin(device, d, options);
     Numbers all;
     skin.press(frame(d, 0), 0.1);
@@ -74,8 +73,7 @@ Numbers press_skin(const Device& device) {
 Numbers press_batch(const Device& device) {
     SkinDescription d = small_scene(12, 8);
     d.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {11, 7}}};
-    SkinOptions options;
-    options.count = 3;
+    SkinOptions options{.count = 3};
     Skin skin(device, d, options);
     Numbers pressures;
     for (int pad = 0; pad < 3; ++pad) {

@@ -51,8 +51,7 @@ Scene marching() {
 SkinDescription large() { return small_scene(512, 256); } // worth two threads
 
 std::vector<float> answer(const Device& device, const SkinDescription& d, int count) {
-    SkinOptions options;
-    options.count = count;
+    SkinOptions options{.count = count};
     Skin skin(device, d, options);
     const std::vector<float> one = frame(d, 1);
     std::vector<float> all;
@@ -70,8 +69,7 @@ TEST_CASE("a forked child that uses its parent's threads or Vulkan device gets a
         CAPTURE(name);
         const bool vulkan = std::string(name) == "vulkan";
         auto device = std::make_unique<Device>(vulkan ? Device::open("vulkan") : Device::cpu(2));
-        SkinOptions options;
-        options.count = 64;
+        SkinOptions options{.count = 64};
         auto skin = std::make_unique<Skin>(*device, d);
         auto batch = std::make_unique<Skin>(*device, pad, options);
         const std::vector<float> one = frame(d, 1), many(64 * 64 * 32, 1.0f);

@@ -52,8 +52,7 @@ std::string difference_of_models(Scene s) {
 
 TEST_CASE("on every backend and on grids of any tiles every cell has the same bits, by every kind of method") {
     const Validated vulkan;
-    RunOptions check;
-    check.check = true;
+    RunOptions check{.check = true};
     std::vector<std::pair<int, int>> grids = {{1, 1}, {9, 1}, {2, 2}, {7, 5}, {65, 3}, {129, 64}, {150, 150}};
     if (night())
         grids.insert(grids.end(), {{1, 9}, {3, 3}, {31, 37}, {63, 3}, {64, 3}, {127, 4}, {128, 63}, {5, 65}, {257, 2}});
@@ -89,8 +88,7 @@ TEST_CASE(
     // The numbers of a march, or why it is refused: a sum of loads, or numbers beyond float.
     const auto marched = [&](const Scene& s, const Device& device, bool check) {
         std::pair<std::vector<double>, std::string> found;
-        RunOptions options;
-        options.check = check;
+        RunOptions options{.check = check};
         try {
             const Result r = run(s, device, options);
             CHECK(r.cells_different == 0);
@@ -133,8 +131,7 @@ TEST_CASE("a run without a check gives the same traces as one with: the ring of 
     s.model = Model::march;
     s.time = {0.001, 3}; // more outputs than the ring holds
     s.output.fields = {{0.5, {Quantity::sa2}}, {2.0005, {Quantity::sa2}}};
-    RunOptions check;
-    check.check = true;
+    RunOptions check{.check = true};
     const Result a = run(s, vulkan.device(), check), b = run(s, vulkan.device()), c = run(s, Device::cpu(1));
     CHECK(a.cells_different == 0);
     REQUIRE(a.time.size() == 3000);
@@ -199,8 +196,7 @@ TEST_CASE("once a skin is steady its steps are left out, with the same bits; a j
     s.load.envelope.length = 2;
     s.load.envelope.period = 3;
     s.output.fields = {{1.9, {Quantity::sa1, Quantity::sa2}}, {2.505, {Quantity::fa1}}, {5.9, {Quantity::strain}}};
-    RunOptions check;
-    check.check = true;
+    RunOptions check{.check = true};
     const Result r = run(s, Device::cpu(), check);
     CHECK(r.left_out > 200);
     CHECK(r.left_out < r.steps);
@@ -227,8 +223,7 @@ TEST_CASE("whatever little is asked for has the bits that it has among everythin
                                          Quantity::fa2,    Quantity::curvature, Quantity::deformation};
     all.output.fields = {{0.2, kinds}};
     const Result everything = run(all, Device::cpu());
-    RunOptions check;
-    check.check = true;
+    RunOptions check{.check = true};
     for (size_t q = 0; q < kinds.size(); ++q) {
         CAPTURE(name(kinds[q]));
         Scene s = all;
@@ -259,9 +254,7 @@ TEST_CASE("a check takes any NaN for any other: the sign of one is no difference
     s.time = {0.01, 0.9};
     for (double at : {0.5, 0.89})
         s.output.fields.push_back({at, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}});
-    RunOptions check;
-    check.precision = Precision::f32;
-    check.check = true;
+    RunOptions check{.precision = Precision::f32, .check = true};
     const Result r = run(s, vulkan.device(), check);
     size_t nans = 0;
     for (const Field& f : r.fields)
@@ -388,8 +381,7 @@ TEST_CASE("a caller's rounding mode changes nothing") {
     const Result before = run(s, Device::cpu());
     std::fesetround(FE_UPWARD);
     const bool exact = self_test(*vulkan.device().impl().backend).exact();
-    RunOptions check;
-    check.check = true;
+    RunOptions check{.check = true};
     const Result after = run(s, vulkan.device(), check);
     const Result fresh = run(s, Device::open("vulkan"));
     const bool kept = std::fegetround() == FE_UPWARD;

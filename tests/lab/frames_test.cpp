@@ -172,8 +172,7 @@ double strain_along_parabolas(const std::vector<double>& frames, double h, doubl
 
 TEST_CASE("along parabolas every time has the exact strain, at frames or between them, on every backend and at sites") {
     Validated vulkan;
-    RunOptions check;
-    check.check = true;
+    RunOptions check{.check = true};
     const std::vector<double> values = {0.3, 1, 0.8, -0.2, 0, 0, 0.7, 1.1, 0.4, 0.9, 0.1, 0.6};
     for (double step : {0.03, 0.01, 0.007, 0.05}) {
         CAPTURE(step);

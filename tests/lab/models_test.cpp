@@ -10,8 +10,7 @@ using namespace test;
 namespace {
 
 Result under(Scene s, Model model) {
-    RunOptions options;
-    options.precision = Precision::f64;
+    RunOptions options{.precision = Precision::f64};
     s.model = model;
     const Result r = run(s, Device::cpu(), options);
     CHECK(int(r.model) == int(model));
@@ -327,8 +326,7 @@ TEST_CASE("materials in a row give what each gives alone, and read the maps once
         }
     }
     materials[3].viscosity = -1;
-    CHECK(refusal(Error::Code::bad_input, [&] { run(s, materials, Device::cpu()); }).find("viscosity = -1") !=
-          std::string::npos);
+    refuses([&] { run(s, materials, Device::cpu()); }, "viscosity = -1");
 }
 
 TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the first that can is taken") {
@@ -351,8 +349,7 @@ TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the
     s.model = Model::moments;
     CHECK(why(s).find("extremes of several retardation times") != std::string::npos);
     s = small_scene(8, 8);
-    RunOptions options;
-    options.precision = Precision::f32;
+    RunOptions options{.precision = Precision::f32};
     CHECK(int(run(s, Device::cpu(), options).model) == int(Model::march));
     CHECK(int(run(s, Device::open("vulkan")).model) == int(Model::march));
     s.model = Model::moments;

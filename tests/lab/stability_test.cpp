@@ -21,8 +21,7 @@ std::vector<double> under_load(Method method, double z, int steps, Precision pre
     s.material = {E, 1, {}, {}};
     s.time = {z / E, (steps + 1) * z / E};
     s.output.traces = {Quantity::strain};
-    RunOptions options;
-    options.precision = precision;
+    RunOptions options{.precision = precision};
     std::vector<double> strain = run(s, Device::cpu(1), options).trace(Quantity::strain).mean;
     strain.erase(strain.begin());
     return strain;
@@ -324,8 +323,7 @@ TEST_CASE("what plain sums would lose is carried without being asked for") {
     Scene s = test::small_scene(4, 4);
     s.model = Model::march;
     CHECK(run(s, Device::cpu()).precision == Precision::f32_compensated);
-    RunOptions plain;
-    plain.precision = Precision::f32;
+    RunOptions plain{.precision = Precision::f32};
     CHECK(run(s, Device::cpu(), plain).precision == Precision::f32);
 }
 

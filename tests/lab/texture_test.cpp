@@ -114,8 +114,7 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
     CHECK(s.load.texture->map[5] == 6);
     CHECK(s.load.texture->velocity[0] == 0.04);
     const auto refused = [&](const std::string& keys, const char* says) {
-        const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(grid + keys); });
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+        refuses([&] { Scene::from_string(grid + keys); }, says);
     };
     refused("velocity = [1, 2]\n", "load.texture.path = (not given)");
     refused("path = \"" + path + "\"\nvelocity = [1]\n", "load.texture.velocity = [ 1 ]; allowed: two numbers");
@@ -123,8 +122,7 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
     const auto scene_refused = [](auto change, const char* says) {
         Scene bad = grating(1e-3, 0.01);
         change(bad);
-        const std::string why = refusal(Error::Code::bad_input, [&] { run(bad); });
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+        refuses([&] { run(bad); }, says);
     };
     scene_refused([](Scene& b) { b.load.texture->velocity[0] = -2.26e10; }, "within time.duration");
     scene_refused([](Scene& b) { b.load.texture->map.edit()[3] = NAN; }, "load.texture.path = nan in cell [3, 0]");

@@ -28,7 +28,6 @@ SHIMS = ["noncoherent", "split", "no_timestamps", "alignment", "least", "subgrou
 QUICK_SHIMS = ["noncoherent", "least", "few_buffers", "contracting"]
 # Cases that together use every kind of buffer, submission and limit.
 QUICK = {
-    "chain": "a skin of a chain*",
     "device": "the canary*",
     "embedding": "timestamps*,nothing of sites*",
     "pads": "pads in a host's*",

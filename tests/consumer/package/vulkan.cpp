@@ -187,8 +187,7 @@ int main() {
     scene.grid.width = 60;
     scene.grid.height = 40;
     scene.time.duration = 0.2;
-    dermis::RunOptions options;
-    options.check = true;
+    dermis::RunOptions options{.check = true};
     const dermis::Result r = dermis::run(scene, dermis::Device::open("vulkan"), options);
     need(r.device.vulkan && r.dispatches > 0, "dermis ran on a Vulkan device");
     need(r.cells_compared > 0 && r.cells_different == 0, "with the bits of the CPU");
