@@ -99,6 +99,11 @@ std::vector<float> frame(const SkinDescription& d, int n) {
     return map;
 }
 
+std::vector<float> answers(const Skin& skin, Quantity q) {
+    const Skin::Response r = skin.response(q);
+    return {r.begin(), r.end()};
+}
+
 Bytes saved(const Skin& skin, const Pads& pads) {
     Bytes bytes(skin.state_bytes(pads));
     skin.save(bytes.data(), bytes.size(), pads);

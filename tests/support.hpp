@@ -59,6 +59,8 @@ std::vector<float> frame(const SkinDescription&, int n);
 // The state of all pads as bytes.
 using Bytes = std::vector<unsigned char>;
 Bytes saved(const Skin&, const Pads& = {});
+// The responses of a quantity, of all pads.
+std::vector<float> answers(const Skin&, Quantity);
 
 // A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
 // Fails, never skips, where there is no device. The variable DERMIS_TEST_DEVICE names another one than "vulkan".

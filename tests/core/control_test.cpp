@@ -25,11 +25,6 @@ std::vector<float> depths(size_t cells, int n) {
     return all;
 }
 
-std::vector<float> response_of(const Skin& skin, Quantity q) {
-    const Skin::Response r = skin.response(q);
-    return {r.begin(), r.end()};
-}
-
 bool equal_bits(const std::vector<float>& a, const std::vector<float>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -75,7 +70,7 @@ TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pre
         skin.press(strains, 0.01);
         for (float& x : strains) x = x > 0 ? x / 1e-3f : 0.0f;
         other.press(strains, 0.01);
-        for (Quantity q : options.responses) CHECK(equal_bits(response_of(skin, q), response_of(other, q)));
+        for (Quantity q : options.responses) CHECK(equal_bits(answers(skin, q), answers(other, q)));
     }
 }
 

@@ -119,8 +119,7 @@ TEST_CASE("presses without responses leave them unwritten, and the one that ends
             }
             recording.submit();
             for (Quantity q : all_responses) {
-                const Skin::Response r = skin.response(q);
-                CHECK(host.response(4, q) == std::vector<float>(r.begin(), r.end()));
+                CHECK(host.response(4, q) == answers(skin, q));
                 for (int i = 1; i < 4; ++i)
                     for (float x : host.response(i, q)) CHECK(x == 0);
             }
@@ -238,8 +237,7 @@ TEST_CASE("a pressure of the device's that is not finite counts as 0, and is cou
         cpu.press(frame(d, 2), 0.1);
         for (Quantity q : all_responses) {
             if (host.program.range(q).count == 0) continue;
-            const Skin::Response r = cpu.response(q);
-            CHECK(host.response(2, q) == std::vector<float>(r.begin(), r.end()));
+            CHECK(host.response(2, q) == answers(cpu, q));
         }
     }
 }
@@ -442,8 +440,7 @@ TEST_CASE("a binding that fails leaves nothing behind: the next one is whole") {
     recording.submit();
     Skin skin(Device::cpu(1), d);
     skin.press(frame(d, 1), 0.1);
-    const Skin::Response r = skin.response(Quantity::sa1);
-    CHECK(host.response(1, Quantity::sa1) == std::vector<float>(r.begin(), r.end()));
+    CHECK(host.response(1, Quantity::sa1) == answers(skin, Quantity::sa1));
 }
 
 TEST_CASE("nothing of sites is bound beyond the limit either") {
@@ -520,8 +517,7 @@ TEST_CASE("programs on several devices, set up and recorded by several threads, 
             }
             for (Quantity q : all_responses) {
                 if (host.program.range(q).count == 0) continue;
-                const Skin::Response r = skin.response(q);
-                if (host.response(3, q) != std::vector<float>(r.begin(), r.end())) failures[i] = name(q);
+                if (host.response(3, q) != answers(skin, q)) failures[i] = name(q);
             }
         });
     for (std::thread& t : threads) t.join();

@@ -22,8 +22,6 @@ SkinDescription ridged(int width, int height) {
     return d;
 }
 
-std::vector<float> copy(const Skin::Response& r) { return {r.begin(), r.end()}; }
-
 bool same(const std::vector<float>& a, const std::vector<float>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -54,7 +52,7 @@ std::vector<std::vector<float>> answers(Skin& skin, const SkinDescription& d, co
     int n = 0;
     for (double dt : {0.01, 0.02, 0.0, 0.005, 3.0}) {
         skin.press(frame(d, n++), dt);
-        for (Quantity q : what) all.push_back(copy(skin.response(q)));
+        for (Quantity q : what) all.push_back(answers(skin, q));
     }
     return all;
 }
@@ -207,10 +205,10 @@ TEST_CASE("a pause keeps the state, every strain of a chain and the rate of a sp
             for (float v : skin.response(Quantity::sa1)) REQUIRE(v == 0);
             for (Skin* s : {&skin, &twin}) s->press(frame(d, 1), 0.1);
             for (int i = 0; i < 3; ++i) skin.press(frame(d, 1), 0);
-            const auto strained = copy(twin.response(Quantity::sa1));
-            CHECK(same(copy(skin.response(Quantity::sa1)), strained));
+            const auto strained = answers(twin, Quantity::sa1);
+            CHECK(same(answers(skin, Quantity::sa1), strained));
             for (Skin* s : {&skin, &twin}) s->press(frame(d, 2), 0.1);
-            for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
+            for (Quantity q : all_responses) CHECK(same(answers(skin, q), answers(twin, q)));
         }
 }
 
@@ -238,7 +236,7 @@ TEST_CASE("what cannot be pressed is named, and nothing has happened") {
         refuses([&] { skin.press_frames(frames.data(), 1, 200, -0.1); }, "dt = -0.1; allowed: a finite number >= 0");
         refuses([&] { skin.press_frames(frames.data(), 1, 200, 1e300); }, "dt = 1e+300; allowed: seconds over which");
         for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
-        for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
+        for (Quantity q : all_responses) CHECK(same(answers(skin, q), answers(twin, q)));
     }
 }
 
@@ -355,7 +353,7 @@ TEST_CASE("what is beyond float is refused, or is seen to be: never a number tha
         for (double dt : {1e-39, 5e-324, 1e39, 1e300})
             CHECK(refusal(Error::Code::bad_input, [&] { skin.press(frame(d, 2), dt); }).find("dt = ") == 0);
         for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
-        for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
+        for (Quantity q : all_responses) CHECK(same(answers(skin, q), answers(twin, q)));
         const auto says = [&](const char* what, auto&& change) {
             SkinDescription wrong = d;
             change(wrong);

@@ -94,11 +94,6 @@ float greatest_of(const std::vector<float>& all) {
     return *std::ranges::max_element(all, {}, [](float x) { return std::abs(x); });
 }
 
-std::vector<float> response_numbers(const Skin& skin, Quantity q) {
-    const Skin::Response r = skin.response(q);
-    return {r.begin(), r.end()};
-}
-
 // Ridges, a chain, gains, each class at another depth.
 SkinDescription deep_ridges(int width, int height) {
     SkinDescription d;
@@ -209,8 +204,8 @@ TEST_CASE("a state saved without depths goes on at depths, and the other way rou
         hand_over(b, c), hand_over(a, e);
         press_all();
         for (Quantity q : all_responses) {
-            CHECK(response_numbers(c, q) == response_numbers(a, q));
-            CHECK(response_numbers(e, q) == response_numbers(b, q));
+            CHECK(answers(c, q) == answers(a, q));
+            CHECK(answers(e, q) == answers(b, q));
         }
     }
 }
@@ -298,10 +293,9 @@ TEST_CASE("SA1 that follows the stress answers as a spring of the modulus at res
                     springs.set_material(at_rest(other), std::vector<int>{2});
                 }
             }
-            CHECK(response_numbers(skin, Quantity::fa1) == response_numbers(same, Quantity::fa1));
-            const std::vector<float> got = response_numbers(skin, Quantity::sa1),
-                                     signal = response_numbers(springs, Quantity::sa1),
-                                     C = response_numbers(same, Quantity::curvature);
+            CHECK(answers(skin, Quantity::fa1) == answers(same, Quantity::fa1));
+            const std::vector<float> got = answers(skin, Quantity::sa1), signal = answers(springs, Quantity::sa1),
+                                     C = answers(same, Quantity::curvature);
             for (size_t i = 0; i < got.size(); ++i) {
                 CAPTURE(i);
                 CHECK(got[i] ==

@@ -281,17 +281,14 @@ TEST_CASE("a skin tells strain, indentation and curvature: with them its respons
             CAPTURE(d.sites.size());
             SkinOptions options{.count = 2};
             Skin skin(device, d, options);
-            const auto copy = [&](Quantity q) {
-                const Skin::Response r = skin.response(q);
-                return std::vector<float>(r.begin(), r.end());
-            };
-            for (float at_rest : copy(Quantity::strain)) CHECK(at_rest == 0);
+            for (float at_rest : answers(skin, Quantity::strain)) CHECK(at_rest == 0);
             std::vector<float> pressure = frame(d, 1), second = frame(d, 4);
             pressure.insert(pressure.end(), second.begin(), second.end());
             const float* const told = skin.response(Quantity::curvature).data;
             skin.press(pressure, 0.02);
-            const std::vector<float> strain = copy(Quantity::strain), indentation = copy(Quantity::indentation),
-                                     curvature = copy(Quantity::curvature), sa1 = copy(Quantity::sa1);
+            const std::vector<float> strain = answers(skin, Quantity::strain),
+                                     indentation = answers(skin, Quantity::indentation),
+                                     curvature = answers(skin, Quantity::curvature), sa1 = answers(skin, Quantity::sa1);
             CHECK(skin.response(Quantity::curvature).data == told); // the same memory
             const size_t sites = d.sites.size(), count = sites ? sites : 19 * 11;
             REQUIRE(strain.size() == 2 * count);

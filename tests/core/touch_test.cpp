@@ -201,8 +201,7 @@ TEST_CASE(
         touch.add(t.poses(), t.contacts());
         for (const int pad : touch.touched()) cells += size_t(touch.block(pad).width) * size_t(touch.block(pad).height);
         skin.press(touch, 1e-3);
-        const Skin::Response r = skin.response(Quantity::fa1);
-        expected.emplace_back(r.begin(), r.end());
+        expected.push_back(answers(skin, Quantity::fa1));
         std::memset(host.pressures[size_t(i)]->data(), 0x7f,
                     host.program.memory().pressure.bytes); // of an earlier frame
         REQUIRE(host.program.record_touch(commands, host.pressures[size_t(i)]->info, touch));

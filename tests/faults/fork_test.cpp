@@ -57,8 +57,7 @@ std::vector<float> answer(const Device& device, const SkinDescription& d, int co
     std::vector<float> all;
     for (int i = 0; i < count; ++i) all.insert(all.end(), one.begin(), one.end());
     skin.press(all, 0.1);
-    const Skin::Response r = skin.response(Quantity::fa1);
-    return {r.begin(), r.end()};
+    return answers(skin, Quantity::fa1);
 }
 
 } // namespace
@@ -107,8 +106,7 @@ TEST_CASE("a forked child makes skins and opens devices of its own, and presses 
     Skin alone(one, d);
     CHECK(status_of_child([&] {
               alone.press(frame(d, 1), 0.1);
-              const Skin::Response r = alone.response(Quantity::fa1);
-              return std::equal(r.begin(), r.end(), right.begin(), right.end());
+              return answers(alone, Quantity::fa1) == right;
           }) == 0);
     for (const bool open : {false, true})
         CHECK(status_of_child([&] {
