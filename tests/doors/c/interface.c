@@ -47,6 +47,7 @@ static void devices(void) {
     dermis_device_close(device);
     dermis_device_close(NULL);
     REFUSED(dermis_device_open(NULL, &device), "which = (null)");
+    REFUSED(dermis_device_open_cpu(1, NULL), "device = (null)");
     CHECK(device == NULL);
     REFUSED(dermis_device_open_cpu(-1, &device), "threads = -1; allowed: 0 (one per core) .. 1024");
 }
@@ -64,9 +65,11 @@ static void scenes(void) {
     REFUSED(dermis_scene_from_string("", NULL, NULL), "scene = (null)");
     REFUSED(dermis_scene_from_file("no/such/scene.toml", &scene), "no/such/scene.toml: cannot be read");
     REFUSED(dermis_scene_from_file(NULL, &scene), "path = (null)");
+    REFUSED(dermis_scene_from_file("scene.toml", NULL), "scene = (null)");
     scene = scene_of(pad);
     CHECK(dermis_scene_get_size(scene, &width, &height) == DERMIS_OK && width == 4 && height == 3);
     REFUSED(dermis_scene_get_size(scene, NULL, &height), "width = (null)");
+    REFUSED(dermis_scene_get_size(scene, &width, NULL), "height = (null)");
     REFUSED(dermis_scene_get_size(NULL, &width, &height), "scene = (null)");
     CHECK(width == 0 && height == 0);
 
@@ -135,26 +138,6 @@ static void maps(void) {
 static const char run_text[] = "[grid]\nwidth = 4\nheight = 3\n[time]\nduration = 1\n[output]\nprobes = [[1, 2]]\n"
                                "traces = [\"strain\", \"fa1\"]\nfields = [{ at = 0.5, what = [\"sa1\"] }]\n";
 
-static void depths(void) {
-    dermis_scene* scene = scene_of("preset = \"fingertip\"\n[grid]\nwidth = 20\nheight = 20\n[time]\nduration = 0.1\n");
-    dermis_result *at_surface = NULL, *below = NULL;
-    dermis_report report = {.size = sizeof report};
-    const double *surface = NULL, *deep = NULL;
-    size_t count = 0;
-    CHECK(dermis_run(scene, NULL, &at_surface) == DERMIS_OK);
-    REFUSED(dermis_scene_set(scene, "receptors.depth", "thumb"), "receptors.depth = 'thumb'; allowed: \"fingertip\"");
-    CHECK(dermis_scene_set(scene, "receptors.depth", "fingertip") == DERMIS_OK);
-    CHECK(dermis_run(scene, NULL, &below) == DERMIS_OK);
-    CHECK(dermis_result_get_trace(at_surface, DERMIS_FA1, DERMIS_MAX, &surface, &count) == DERMIS_OK);
-    CHECK(dermis_result_get_trace(below, DERMIS_FA1, DERMIS_MAX, &deep, &count) == DERMIS_OK);
-    CHECK(deep[1] > 0 && deep[1] < 0.9 * surface[1]);
-    CHECK(dermis_result_get_report(below, &report) == DERMIS_OK);
-    CHECK(report.fine_load.value > 0 && report.fine_load.value < 1 && report.fine_load.greatest == 1);
-    dermis_result_destroy(at_surface);
-    dermis_result_destroy(below);
-    dermis_scene_destroy(scene);
-}
-
 static void runs(void) {
     dermis_scene* scene = scene_of(run_text);
     dermis_result* result = NULL;
@@ -189,6 +172,7 @@ static void runs(void) {
     REFUSED(dermis_result_get_field(result, DERMIS_FA2, 0.5, &values, &count), "asks for no field of it");
     REFUSED(dermis_result_get_field(result, DERMIS_SA1, NAN, &values, &count), "at of sa1 = nan");
     REFUSED(dermis_result_get_times(result, NULL, &count), "values = (null)");
+    REFUSED(dermis_result_get_times(result, &times, NULL), "count = (null)");
     REFUSED(dermis_result_get_responses(result, &values, &count, NULL), "sites = (null)");
     CHECK(isnan(report.fine_load.value)); /* without a spacing */
     report.size = offsetof(dermis_report, fine_load);
@@ -205,13 +189,18 @@ static void sites(void) {
     dermis_scene* scene = scene_of(pad);
     dermis_result* result = NULL;
     const double* values = NULL;
+    dermis_report report = {.size = sizeof report};
     size_t times = 0, sites = 0;
     CHECK(dermis_scene_set(scene, "grid", "{ width = 40, height = 40, spacing = 1e-4 }") == DERMIS_BAD_INPUT);
     dermis_scene_destroy(scene);
     scene = scene_of("preset = \"fingertip\"\n[sites]\nseed = 3\n[load]\nintensity = 1e4\n[time]\nduration = 0.1\n");
+    REFUSED(dermis_scene_set(scene, "receptors.depth", "thumb"), "receptors.depth = 'thumb'; allowed: \"fingertip\"");
+    CHECK(dermis_scene_set(scene, "receptors.depth", "fingertip") == DERMIS_OK);
     CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
     CHECK(dermis_result_get_responses(result, &values, &times, &sites) == DERMIS_OK);
     CHECK(values != NULL && times == 10 && sites == 245);
+    CHECK(dermis_result_get_report(result, &report) == DERMIS_OK && report.fine_load.greatest == 1);
+    CHECK(report.fine_load.value > 0 && report.fine_load.value < 1);
     dermis_result_destroy(result);
     dermis_scene_destroy(scene);
 }
@@ -252,6 +241,11 @@ static void presses(void) {
     REFUSED(dermis_skin_get_response(skin, DERMIS_DEFORMATION, &again, &count), "response = \"deformation\"");
     REFUSED(dermis_skin_get_response(skin, 99, &again, &count), "quantity = 99");
     REFUSED(dermis_skin_get_response(skin, DERMIS_FA1, NULL, &count), "values = (null)");
+    REFUSED(dermis_skin_get_response(skin, DERMIS_FA1, &again, NULL), "count = (null)");
+    REFUSED(dermis_skin_get_response(NULL, DERMIS_FA1, &again, &count), "skin = (null)");
+    REFUSED(dermis_skin_get_state_size(skin, NULL, NULL), "bytes = (null)");
+    REFUSED(dermis_skin_get_state_size(NULL, &count, NULL), "skin = (null)");
+    REFUSED(dermis_skin_save(NULL, state, bytes, NULL), "skin = (null)");
     CHECK(memcmp(first, fa1, sizeof first) == 0);
 
     CHECK(dermis_skin_load(skin, state, bytes, NULL) == DERMIS_OK);
@@ -261,6 +255,7 @@ static void presses(void) {
     CHECK(dermis_skin_get_report(skin, 0, &report) == DERMIS_OK && report.strain.value > 0);
     CHECK(dermis_skin_reset(skin, NULL) == DERMIS_OK && fa1[5] == 0);
     REFUSED(dermis_skin_reset(NULL, NULL), "skin = (null)");
+    REFUSED(dermis_skin_get_report(NULL, 0, &report), "skin = (null)");
     report.size = 1;
     REFUSED(dermis_skin_get_report(skin, 0, &report), "report->size = 1");
     REFUSED(dermis_skin_get_report(skin, 0, NULL), "report = (null)");
@@ -340,10 +335,12 @@ static void options(void) {
 }
 
 static void spikes_of_a_run(void) {
-    dermis_scene* scene = scene_of("[[afferents]]\ntype = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
-                                   "[load]\nintensity = 5\n[time]\nstep = 0.001\nduration = 0.2\n");
+    dermis_scene* scene =
+        scene_of("[[afferents]]\ntype = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
+                 "[load]\nintensity = 5\n[time]\nstep = 0.001\nduration = 0.2\n[output]\nextremes = false\n");
     dermis_result* result = NULL;
     const dermis_fired_spike* fired = NULL;
+    const double* values = NULL;
     size_t count = 0;
     CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
     dermis_scene_destroy(scene);
@@ -352,6 +349,8 @@ static void spikes_of_a_run(void) {
         CHECK(fired[i].time > 0 && fired[i].time <= 0.2 && fired[i].afferent >= 0 && fired[i].afferent < 2);
         CHECK(i == 0 || fired[i].time >= fired[i - 1].time);
     }
+    REFUSED(dermis_result_get_trace(result, DERMIS_SA1, DERMIS_MAX, &values, &count),
+            "column = 2; allowed: DERMIS_MEAN (0), without output.extremes");
     REFUSED(dermis_result_get_spikes(result, NULL, &count), "spikes = (null)");
     REFUSED(dermis_result_get_spikes(result, &fired, NULL), "count = (null)");
     REFUSED(dermis_result_get_spikes(NULL, &fired, &count), "result = (null)");
@@ -500,7 +499,6 @@ int main(void) {
     scenes();
     files();
     maps();
-    depths();
     runs();
     sites();
     for (int device = 0; device < 2; ++device) {
