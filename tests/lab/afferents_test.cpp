@@ -310,14 +310,6 @@ TEST_CASE("progress grows while fibres are stepped, up to half of the run") {
     CHECK(std::ranges::count_if(done, [](double share) { return share > 0.1 && share < 0.4; }) > 50);
 }
 
-TEST_CASE("the gain by curvature does not change a spike") {
-    Scene s = vibrating_skin();
-    const std::vector<FiredSpike> spikes = run(s).spikes;
-    s.surface = {.kind = Surface::Kind::wave, .relief = 5e-5};
-    s.material.curvature_length = 2e-4;
-    CHECK(apart(run(s).spikes, spikes) == 0);
-}
-
 TEST_CASE("frames further apart than the material takes to follow fire as the same load in closer frames") {
     constexpr int frames = 30, closer = 8, cells = 20 * 16;
     const Folder folder;

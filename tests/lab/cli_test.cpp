@@ -56,17 +56,6 @@ TEST_CASE("dermis run writes traces, impulses, fields and a summary") {
     CHECK(slurp(folder / "cpu" / "sa1_t0.05.npy") == slurp(folder / "vulkan" / "sa1_t0.05.npy"));
 }
 
-TEST_CASE("a map written by one run is read by the next") {
-    const Folder folder;
-    CHECK(command(folder, "run " + folder.write("a.toml", small) + " --device cpu --out " + (folder / "a").string())
-              .status == 0);
-    const std::string scene = folder.write(
-        "b.toml",
-        "[grid]\nwidth = 20\nheight = 12\n[load]\nkind = \"file\"\npath = \"a/sa1_t0.05.npy\"\nintensity = 2\n");
-    CHECK(command(folder, "run " + scene + " --device cpu --precision f64 --out " + (folder / "b").string()).status ==
-          0);
-}
-
 TEST_CASE("bad input: one line that says what, exit status 2, no output left behind") {
     const Folder folder;
     const std::string good = folder.write("good.toml", small), bad = folder.write("bad.toml", "[time]\nstep = 0\n");
@@ -225,17 +214,6 @@ TEST_CASE("the program needs no Vulkan loader to start, and the CPU path loads n
     REQUIRE(std::system(("readelf -d " DERMIS_CLI " >" + list).c_str()) == 0);
     CHECK(slurp(list).find("NEEDED") != std::string::npos);
     CHECK(slurp(list).find("vulkan") == std::string::npos);
-}
-
-TEST_CASE("a full disk is an error that names the file, and leaves none") {
-    const Folder folder;
-    const fs::path out = folder / "out";
-    const Outcome o =
-        command(folder, "run " + folder.write("scene.toml", std::string(small)) + " --device cpu --out " + out.string(),
-                "ulimit -f 2;");
-    CHECK(o.status == 1);
-    CHECK(o.err.find((out / "traces.csv").string()) != std::string::npos);
-    CHECK_FALSE(fs::exists(out));
 }
 
 TEST_CASE("work longer than a second shows progress on a terminal; shorter work, and a pipe, see none") {
