@@ -52,7 +52,7 @@ std::vector<std::vector<float>> answers(Skin& skin, const SkinDescription& d, co
     int n = 0;
     for (double dt : {0.01, 0.02, 0.0, 0.005, 3.0}) {
         skin.press(frame(d, n++), dt);
-        for (Quantity q : what) all.push_back(answers(skin, q));
+        for (Quantity q : what) all.push_back(test::answers(skin, q));
     }
     return all;
 }
