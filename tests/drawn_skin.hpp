@@ -88,6 +88,7 @@ inline void draw_size(Random& r, DrawnSkin& drawn) {
         grid.width = chance(r, 0.2) ? 16 * whole(r, 1, 6) : whole(r, 1, chance(r, 0.3) ? 95 : 24);
         grid.height = whole(r, 1, 20);
         drawn.options.count = chance(r, 0.25) ? 1 : whole(r, 2, 8);
+        if (drawn.cells() <= 64 && drawn.options.count > 1) drawn.options.count *= 5; // many share a register
     }
 }
 
@@ -131,7 +132,7 @@ inline void draw_receptors(Random& r, DrawnSkin& drawn) {
     if (chance(r, 0.4)) d.receptors.sa2_adaptation = r.decades(-3, 1);
     if (!d.material.spring && chance(r, 0.3)) d.receptors.fa2 = chance(r, 0.5) ? Fa2::point : Fa2::step_mean;
     if (chance(r, 0.3)) d.receptors.fa2_gains = {r.within(-2, 2), r.within(-2, 2)};
-    for (int n = chance(r, 0.35) ? whole(r, 1, chance(r, 0.3) ? 200 : 12) : 0; n > 0; --n)
+    for (int n = chance(r, 0.35) ? whole(r, 1, chance(r, 0.3) ? 200 : 12) * (drawn.large() ? 40 : 1) : 0; n > 0; --n)
         d.sites.push_back({Quantity(whole(r, 1, 4)), {whole(r, 0, d.grid.width - 1), whole(r, 0, d.grid.height - 1)}});
     o.responses.clear();
     for (int q = 1; q <= 4; ++q)

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support.hpp"
 
+#include "host/core/cpu/backend.hpp"
 #include "host/core/press/device.hpp"
 #include "host/lab/scenes/scene.hpp"
 
+#include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -49,6 +52,31 @@ std::string npy_header(const std::string& descr, const std::string& shape, const
     return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header;
 }
 
+Device cpu_with(int threads, uint64_t n) {
+    auto impl = std::make_shared<Device::Impl>(Device::cpu(threads).impl());
+    impl->backend = std::make_shared<cpu::CpuBackend>(threads, *simd::isas()[n % simd::isas().size()]);
+    return Device(std::move(impl));
+}
+
+std::vector<double> numbers_of(const Result& r) {
+    std::vector<double> all = r.time;
+    const auto add = [&](const std::vector<double>& more) { all.insert(all.end(), more.begin(), more.end()); };
+    for (const Trace& t : r.traces) {
+        for (const auto* column : {&t.mean, &t.min, &t.max}) add(*column);
+        for (const auto& column : t.probes) add(column);
+    }
+    for (const Field& f : r.fields) add(f.values);
+    add(r.responses);
+    all.push_back(r.stencil_estimate);
+    return all;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+    return std::ranges::equal(a, b, [](double x, double y) {
+        return std::memcmp(&x, &y, sizeof x) == 0 || (std::isnan(x) && std::isnan(y));
+    });
+}
+
 Scene small_scene(int width, int height) {
     Scene s;
     s.grid = {width, height, {}};
@@ -69,6 +97,11 @@ std::vector<float> frame(const SkinDescription& d, int n) {
     std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
     for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
     return map;
+}
+
+std::vector<float> answers(const Skin& skin, Quantity q) {
+    const Skin::Response r = skin.response(q);
+    return {r.begin(), r.end()};
 }
 
 Bytes saved(const Skin& skin, const Pads& pads) {

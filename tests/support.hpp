@@ -3,6 +3,7 @@
 
 #include "dermis/dermis.hpp"
 #include "host/core/press/vulkan_device.hpp"
+#include "host/core/simd/isa.hpp"
 #include "host/lab/schedule/schedule.hpp"
 #include "tests/expected.hpp"
 #include "tests/maps.hpp"
@@ -35,6 +36,15 @@ std::vector<double> read_map(const std::string& name); // 150 x 150
 // What a .npy file begins with: shape as "(2, 3)".
 std::string npy_header(const std::string& descr, const std::string& shape, const std::string& order = "False");
 
+// The CPU path with the loops of the nth instruction set that this processor has; the last ones are plain loops.
+Device cpu_with(int threads, uint64_t n);
+inline size_t plain_loops() { return simd::isas().size() - 1; }
+
+// Every number of a result but its impulses.
+std::vector<double> numbers_of(const Result&);
+// Whether these are the same bits, or NaN in both.
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b);
+
 // Wave ridges under a circular load, small and quick.
 Scene small_scene(int width, int height);
 
@@ -49,6 +59,8 @@ std::vector<float> frame(const SkinDescription&, int n);
 // The state of all pads as bytes.
 using Bytes = std::vector<unsigned char>;
 Bytes saved(const Skin&, const Pads& = {});
+// The responses of a quantity, of all pads.
+std::vector<float> answers(const Skin&, Quantity);
 
 // A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
 // Fails, never skips, where there is no device. The variable DERMIS_TEST_DEVICE names another one than "vulkan".
@@ -79,6 +91,12 @@ template <class Call> std::string refusal(Error::Code code, Call&& call) {
     }
     FAIL_CHECK("accepted");
     return "";
+}
+
+// Checks that `call` is refused as bad input, in a message with these words.
+template <class Call> void refuses(Call&& call, const std::string& words) {
+    const std::string why = refusal(Error::Code::bad_input, call);
+    CHECK_MESSAGE(why.find(words) != std::string::npos, why);
 }
 
 } // namespace test

@@ -25,11 +25,6 @@ std::vector<float> depths(size_t cells, int n) {
     return all;
 }
 
-std::vector<float> response_of(const Skin& skin, Quantity q) {
-    const Skin::Response r = skin.response(q);
-    return {r.begin(), r.end()};
-}
-
 bool equal_bits(const std::vector<float>& a, const std::vector<float>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -75,28 +70,25 @@ TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pre
         skin.press(strains, 0.01);
         for (float& x : strains) x = x > 0 ? x / 1e-3f : 0.0f;
         other.press(strains, 0.01);
-        for (Quantity q : options.responses) CHECK(equal_bits(response_of(skin, q), response_of(other, q)));
+        for (Quantity q : options.responses) CHECK(equal_bits(answers(skin, q), answers(other, q)));
     }
 }
 
 TEST_CASE("a skin that is pressed by depth refuses materials and depths that have no meaning") {
     const SkinDescription d = fingertip_of(4, 3);
-    const auto refused = [&](auto call, const char* says) {
-        const std::string why = refusal(Error::Code::bad_input, call);
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
-    };
     Skin skin(Device::cpu(1), d, by_depth);
-    refused([&] { skin.set_material(d.material); }, "none with control = depth");
-    refused([&] { skin.press(std::vector<float>(12, -INFINITY), 0.01); }, "pressure = -inf in cell [0, 0]");
-    refused([&] { skin.press(std::vector<float>(12, NAN), 0.01); }, "pressure = nan in cell [0, 0]");
+    refuses([&] { skin.set_material(d.material); }, "none with control = depth");
+    refuses([&] { skin.press(std::vector<float>(12, -INFINITY), 0.01); }, "pressure = -inf in cell [0, 0]");
+    refuses([&] { skin.press(std::vector<float>(12, NAN), 0.01); }, "pressure = nan in cell [0, 0]");
     std::vector<float> deep(24, 0.0f);
     deep[17] = 1e37f; // a finite depth, and over 1 mm no finite strain
     std::vector<char> before(skin.state_bytes()), after(before);
     skin.save(before.data(), before.size());
-    refused([&] { skin.press(deep.data() + 12, 12, 0.01); },
+    refuses([&] { skin.press(deep.data() + 12, 12, 0.01); },
             "pressure = 9.999999933815813e+36 in cell [1, 1]; allowed: depths below 3.4e38 times the thickness");
-    refused([&] { skin.press_frames(deep.data(), 2, 12, 0.01); },
-            "pressure = 9.999999933815813e+36 in cell [1, 1] of frame 1; allowed: depths below 3.4e38 times the thickness");
+    refuses(
+        [&] { skin.press_frames(deep.data(), 2, 12, 0.01); },
+        "pressure = 9.999999933815813e+36 in cell [1, 1] of frame 1; allowed: depths below 3.4e38 times the thickness");
     skin.save(after.data(), after.size());
     CHECK(after == before);
     refused(
@@ -106,8 +98,8 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
         "materials = (given)");
     SkinDescription thin = d;
     thin.material.thickness = 0;
-    refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
+    refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
     thin.material.thickness = 1e-3;
     thin.receptors.follow.sa1 = Signal::stress;
-    refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "receptors.follow.sa1");
+    refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "receptors.follow.sa1");
 }

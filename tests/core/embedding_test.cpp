@@ -79,8 +79,7 @@ TEST_CASE("presses in a host's command buffer give the CPU's bits and touch noth
             check_presses(context, with_chain(with_materials(d)));
             check_presses(context, with_sites(with_chain(with_materials(d)), 50));
         }
-    SkinOptions lean;
-    lean.responses = {Quantity::fa1};
+    SkinOptions lean{.responses = {Quantity::fa1}};
     check_presses(context, ridged(64, 19), lean);
     for (const double depth : {0.7, 4.0}) {
         const SkinDescription deep = with_depths(ridged(67, 19), depth);
@@ -100,8 +99,7 @@ TEST_CASE("presses without responses leave them unwritten, and the one that ends
     for (const SkinDescription& d : {ridged(40, 19), with_sites(with_chain(ridged(40, 19)), 50),
                                      with_depths(ridged(40, 19), 2), with_sites(with_depths(ridged(40, 19), 2), 50)})
         for (const int pads : {1, 3}) {
-            SkinOptions options;
-            options.count = pads;
+            SkinOptions options{.count = pads};
             Host host(context, d, 4, options);
             Skin skin(Device::cpu(1), d, options);
             vulkan::Recording recording(context);
@@ -121,8 +119,7 @@ TEST_CASE("presses without responses leave them unwritten, and the one that ends
             }
             recording.submit();
             for (Quantity q : all_responses) {
-                const Skin::Response r = skin.response(q);
-                CHECK(host.response(4, q) == std::vector<float>(r.begin(), r.end()));
+                CHECK(host.response(4, q) == answers(skin, q));
                 for (int i = 1; i < 4; ++i)
                     for (float x : host.response(i, q)) CHECK(x == 0);
             }
@@ -176,8 +173,7 @@ TEST_CASE("a response of more than 128 MiB: no binding above 128 MiB, the CPU's 
     const int height = night() ? 8192 : 4160; // 256 or 130 MiB
     SkinDescription d;
     d.grid = {8192, height, {}};
-    SkinOptions one;
-    one.responses = {Quantity::fa1};
+    SkinOptions one{.responses = {Quantity::fa1}};
     const vulkan::Loader loader = shimmed();
     shim.range = 1 << 27;
     const Device vulkan = open_device("vulkan", loader);
@@ -198,9 +194,7 @@ TEST_CASE("millions of receptors: no more than 65535 groups along an axis, and e
     const Validated vulkan;
     SkinDescription d = ridged(1600, 1600);
     d.surface.kind = Surface::Kind::flat;
-    SkinOptions one;
-    one.responses = {Quantity::fa1};
-    one.precision = Precision::f32;
+    SkinOptions one{.responses = {Quantity::fa1}, .precision = Precision::f32};
     const std::vector<float> pressure = frame(d, 1);
     Skin fields(Device::cpu(), d, one);
     for (int i = 0; i < 1600 * 1600; ++i) d.sites.push_back({Quantity::fa1, {i % 1600, i / 1600}});
@@ -243,8 +237,7 @@ TEST_CASE("a pressure of the device's that is not finite counts as 0, and is cou
         cpu.press(frame(d, 2), 0.1);
         for (Quantity q : all_responses) {
             if (host.program.range(q).count == 0) continue;
-            const Skin::Response r = cpu.response(q);
-            CHECK(host.response(2, q) == std::vector<float>(r.begin(), r.end()));
+            CHECK(host.response(2, q) == answers(cpu, q));
         }
     }
 }
@@ -447,16 +440,14 @@ TEST_CASE("a binding that fails leaves nothing behind: the next one is whole") {
     recording.submit();
     Skin skin(Device::cpu(1), d);
     skin.press(frame(d, 1), 0.1);
-    const Skin::Response r = skin.response(Quantity::sa1);
-    CHECK(host.response(1, Quantity::sa1) == std::vector<float>(r.begin(), r.end()));
+    CHECK(host.response(1, Quantity::sa1) == answers(skin, Quantity::sa1));
 }
 
 TEST_CASE("nothing of sites is bound beyond the limit either") {
     const vulkan::Loader loader = shimmed();
     shim.range = 14000;
     const Device device = open_device("0", loader);
-    SkinOptions plain;
-    plain.precision = Precision::f32;
+    SkinOptions plain{.precision = Precision::f32};
     SkinDescription d = ridged(300, 100, Stencil::fourth_order);
     for (int i = 0; i < 230; ++i) d.sites.push_back({Quantity::fa1, {2 + 5 * (i % 50), 2 + 5 * (i / 50)}});
     CHECK(says(refused([&] { Skin(device, d, plain); }), "230 sites need 87808 bytes"));
@@ -526,8 +517,7 @@ TEST_CASE("programs on several devices, set up and recorded by several threads, 
             }
             for (Quantity q : all_responses) {
                 if (host.program.range(q).count == 0) continue;
-                const Skin::Response r = skin.response(q);
-                if (host.response(3, q) != std::vector<float>(r.begin(), r.end())) failures[i] = name(q);
+                if (host.response(3, q) != answers(skin, q)) failures[i] = name(q);
             }
         });
     for (std::thread& t : threads) t.join();

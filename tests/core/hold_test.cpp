@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // Parabolic hold: from frame to frame the pressure runs along the parabola through the last three frames. That it has
-// the same bits everywhere is tested where linear hold is: suites pads, state and skin.
+// the same bits everywhere is what the suite `ways` says.
 #include "dermis/vulkan.hpp"
 #include "host/lab/schedule/cell.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <numbers>
 
 using namespace test;
@@ -158,42 +157,6 @@ TEST_CASE("what lines and parabolas between frames lose of a smooth load is what
     }
 }
 
-TEST_CASE("parabolas are closer to ramps between frames and contacts than lines, and further off after a jump") {
-    const auto ramp = [](double from, double rise) {
-        return [=](double t) { return std::clamp((t - from) / rise, 0.0, 1.0); };
-    };
-    const auto smooth = ramp(0.2047, 0.1);
-    struct Row {
-        std::function<double(double)> load;
-        double linear[2], parabolic[2]; // errors of strain and FA1
-    };
-    const Row rows[] = {
-        {ramp(0.2, 0.1), {0, 0}, {1.851e-3, 6.332e-2}},
-        {smooth, {2.674e-3, 9.178e-2}, {1.691e-3, 5.766e-2}},
-        {[&](double t) { return 0.5 - 0.5 * std::cos(std::numbers::pi * smooth(t)); },
-         {1.082e-3, 2.849e-2},
-         {4.187e-4, 1.313e-2}},
-        {[&](double t) { return std::pow(smooth(t), 1.5); }, {3.617e-3, 0.1112}, {2.602e-3, 7.345e-2}},
-        {ramp(0.2047, 1e-5), {2.163e-2, 0.2649}, {3.993e-2, 0.4496}},
-    };
-    std::vector<double> t;
-    for (int n = 0; n <= 128; ++n) t.push_back(n * 0.01);
-    for (const Row& row : rows) {
-        const Signals expected = truth(stiff, t, row.load, {0.2047, 0.20471, 0.3047});
-        for (Hold hold : {Hold::linear, Hold::parabolic}) {
-            const auto found = errors(t, stepped(stiff, t, sampled(t, row.load), hold), expected, 1);
-            const double(&to)[2] = hold == Hold::linear ? row.linear : row.parabolic;
-            for (size_t i = 0; i < 2; ++i) {
-                CAPTURE(&row - rows);
-                CAPTURE(int(hold));
-                CAPTURE(names[2 * i]);
-                if (to[i] == 0) CHECK(found[2 * i] < 1e-12);
-                else CHECK(found[2 * i] == relative(to[i], 0.05));
-            }
-        }
-    }
-}
-
 TEST_CASE("a load that is a parabola in time is pressed exactly, whatever the steps") {
     const Validated vulkan;
     const std::vector<model::Element> chains[] = {
@@ -213,8 +176,7 @@ TEST_CASE("a load that is a parabola in time is pressed exactly, whatever the st
                 if (e.viscosity == 0) d.material.spring = e.modulus;
                 else if (e.modulus == 0 && chain.size() > 1) d.material.dashpot = e.viscosity;
                 else d.material.elements.push_back({e.modulus, e.viscosity});
-            SkinOptions options;
-            options.hold = Hold::parabolic;
+            SkinOptions options{.hold = Hold::parabolic};
             Skin skin(device, d, options);
             std::vector<model::Element> viscous = chain;
             std::erase_if(viscous, [](const model::Element& e) { return e.viscosity == 0; });
@@ -301,8 +263,7 @@ TEST_CASE("a state says under which hold it was saved, and its steps are checked
 }
 
 TEST_CASE("a SkinProgram refuses parabolic hold by name") {
-    SkinOptions options;
-    options.hold = Hold::parabolic;
+    SkinOptions options{.hold = Hold::parabolic};
     CHECK(refusal(Error::Code::bad_input, [&] { vulkan::SkinProgram({}, small_scene(9, 7), 2, options); }) ==
           "hold = parabolic; allowed: linear in a SkinProgram; a Skin has both");
 }

@@ -7,7 +7,6 @@
 #include "tests/support.hpp"
 
 #include <cstring>
-#include <numeric>
 
 using namespace test;
 
@@ -32,12 +31,6 @@ std::vector<float> pressure(int side, int frame, size_t pads = 1) {
     std::vector<float> all(size_t(side * side) * pads);
     for (size_t i = 0; i < all.size(); ++i) all[i] = float((frame % 3) * 3e4 * (1 + 0.01 * double(i % 97)));
     return all;
-}
-
-std::vector<char> state_of(const Skin& skin) {
-    std::vector<char> state(skin.state_bytes());
-    skin.save(state.data(), state.size());
-    return state;
 }
 
 bool same_spikes(const Skin& a, const Skin& b) {
@@ -72,7 +65,7 @@ TEST_CASE("a device gives the CPU path's spikes in steps of many substeps and of
                 on_cpu.press(pressure(side, n), dt);
                 on_device.press(pressure(side, n), dt);
                 CHECK(same_spikes(on_cpu, on_device));
-                CHECK(state_of(on_cpu) == state_of(on_device));
+                CHECK(saved(on_cpu) == saved(on_device));
                 fired += on_cpu.spikes().size;
             }
             CHECK(fired > 0);
@@ -114,7 +107,7 @@ TEST_CASE("a press of fibres is cut into submissions by its work, and has the sa
         shim.submissions = nullptr;
         on_cpu.press(pressure(side, n, 2), 0.02);
         CHECK(same_spikes(on_cpu, on_device));
-        CHECK(state_of(on_cpu) == state_of(on_device));
+        CHECK(saved(on_cpu) == saved(on_device));
         CHECK(submissions.size() > 100);
         for (const uint64_t groups : submissions) CHECK(groups <= 64); // of 64 fibres, or of the skin's cells
     }
@@ -133,15 +126,15 @@ TEST_CASE("progress ends a press of fibres between blocks of substeps, which is 
             Skin skin(device, pad(side), options);
             for (Skin* s : {&skin, &untouched}) s->press(pressure(side, 1), 0.01);
             CHECK(heard.empty()); // a short press
-            const std::vector<char> before = state_of(skin);
+            const Bytes before = saved(skin);
             CHECK_THROWS_AS(skin.press(pressure(side, 2), 2.0), Stop);
             CHECK(heard == std::vector<double>{0, 0});
-            CHECK(state_of(skin) == before);
+            CHECK(saved(skin) == before);
             CHECK(skin.spikes().size == 0);
             CHECK(std::isnan(skin.report().vibration.value) == (hold == Hold::parabolic));
             for (Skin* s : {&skin, &untouched}) s->press(pressure(side, 2), 0.02);
             CHECK(same_spikes(skin, untouched));
-            CHECK(state_of(skin) == state_of(untouched));
+            CHECK(saved(skin) == saved(untouched));
             for (const Quantity q : options.responses)
                 CHECK(std::memcmp(skin.response(q).data, untouched.response(q).data, side * side * sizeof(float)) == 0);
         }
@@ -170,7 +163,7 @@ TEST_CASE("progress ends a press of frames after a whole frame, whose state the 
                 const auto whole = size_t(std::lround(heard.back() * frames));
                 CHECK(whole == (fires ? 1 : 1024) * calls);
                 expected.press_frames(all.data(), whole, of_frame, 1e-3);
-                CHECK(state_of(skin) == state_of(expected));
+                CHECK(saved(skin) == saved(expected));
                 CHECK(same_spikes(skin, expected));
             }
 }
@@ -189,16 +182,16 @@ TEST_CASE("progress ends a press of frames while they are copied, and nothing ha
             options.progress = stop_at(2, heard);
             Skin skin(device, pad(side), options);
             skin.press(pressure(side, 1), 0.01);
-            const std::vector<char> before = state_of(skin);
+            const Bytes before = saved(skin);
             const size_t fired = skin.spikes().size;
             CHECK_THROWS_AS(skin.press_frames(all.data(), frames, cells, 1e-3), Stop);
             CHECK(heard == std::vector<double>{0, 0});
-            CHECK(state_of(skin) == before);
+            CHECK(saved(skin) == before);
             CHECK(skin.spikes().size == fired);
             const std::string message = refusal(
                 Error::Code::bad_input, [&] { skin.press_frames(all.data() + cells, frames - 1, cells, 1e-3); });
             CHECK(message.find(" in cell [63, 63] of frame 598; allowed: finite numbers") != std::string::npos);
-            CHECK(state_of(skin) == before);
+            CHECK(saved(skin) == before);
         }
 }
 
@@ -213,7 +206,7 @@ TEST_CASE("a press keeps the steps and pads that it was called with, whatever th
         if (changes) list = {1, 1 << 30}, dt = {-1.0, 1e-9};
     };
     const std::vector<float> p = pressure(side, 1, 2), frames = pressure(side, 2, 8);
-    std::vector<char> states[2];
+    Bytes states[2];
     for (const bool change : {false, true}) {
         Skin skin(Device::cpu(1), pad(side), options);
         for (const bool each : {true, false}) {
@@ -222,7 +215,7 @@ TEST_CASE("a press keeps the steps and pads that it was called with, whatever th
             else skin.press_frames(frames.data(), 4, p.size(), 0.01, Pads(list.data(), list.size()));
             CHECK((list[0] == 1) == change);
         }
-        states[change] = state_of(skin);
+        states[change] = saved(skin);
     }
     CHECK(states[0] == states[1]);
 }
@@ -261,8 +254,8 @@ TEST_CASE("frames of no pad are pressed at once, however many they are") {
         if (fires) options.afferents = {fibres(Quantity::sa1, 8, 8)};
         Skin skin(Device::cpu(1), pad(8), options);
         skin.press(pressure(8, 1, 4), 0.01);
-        const std::vector<char> before = state_of(skin);
+        const Bytes before = saved(skin);
         skin.press_frames(nullptr, size_t(1) << 62, 0, 1e-3, Pads(nullptr, 0));
-        CHECK(state_of(skin) == before);
+        CHECK(saved(skin) == before);
     }
 }

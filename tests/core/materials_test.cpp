@@ -40,8 +40,7 @@ std::vector<Backend> backends(const Validated& vulkan) {
 }
 
 Result run_on(const Scene& s, const Backend& b) {
-    RunOptions options;
-    options.precision = b.precision;
+    RunOptions options{.precision = b.precision};
     return run(s, b.device, options);
 }
 
@@ -99,60 +98,6 @@ TEST_CASE("every cell has the bits of a uniform skin of its material, under ever
         }
 }
 
-TEST_CASE("with a material in every cell, CPU and Vulkan have the same bits for every stencil, edge and envelope") {
-    const Validated vulkan;
-    RunOptions check;
-    check.check = true;
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> decades(-2, 2);
-    for (auto [width, height] : {std::pair{1, 1}, {5, 3}, {30, 17}, {130, 3}})
-        for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
-                                      {Stencil::fourth_order, Edges::periodic},
-                                      {published_stencil, published_edges}})
-            for (Envelope::Kind envelope : {Envelope::Kind::step, Envelope::Kind::sine})
-                for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
-                    if (edges == published_edges && std::min(width, height) < 2) continue;
-                    Scene s = small_scene(width, height);
-                    s.stencil = stencil;
-                    s.edges = edges;
-                    s.load.envelope.kind = envelope;
-                    for (int i = 0; i < width * height; ++i) {
-                        s.material.modulus_map.edit().push_back(std::pow(10, decades(random)));
-                        s.material.viscosity_map.edit().push_back(std::pow(10, decades(random)));
-                    }
-                    s.output.fields = {{0.17, {Quantity::curvature}}};
-                    check.precision = precision;
-                    const Result r = run(s, vulkan.device(), check);
-                    CHECK(r.cells_compared >= 8LL * 5 * width * height);
-                    CHECK(r.cells_different == 0);
-                }
-}
-
-TEST_CASE("curvature of a skin of many materials is that of its strain") {
-    const Validated vulkan;
-    Scene s = small_scene(12, 9);
-    for (int i = 0; i < 108; ++i) s.material.modulus_map.edit().push_back(1 + 0.3 * (i % 5));
-    s.output.fields = {{0.33, all}};
-    for (const Backend& b : backends(vulkan)) {
-        const Result r = run_on(s, b);
-        const SceneMaps m = maps(s);
-        const auto strain = [&](int x, int y) {
-            return r.fields[0].values[std::clamp(y, 0, 8) * 12 + std::clamp(x, 0, 11)];
-        };
-        std::vector<double> C, sa1;
-        for (int y = 0; y < 9; ++y)
-            for (int x = 0; x < 12; ++x) {
-                const double L =
-                    strain(x - 1, y) + strain(x + 1, y) + strain(x, y - 1) + strain(x, y + 1) - 4 * strain(x, y);
-                C.push_back(m.rest_curvature[y * 12 + x] - L);
-                sa1.push_back(strain(x, y) * (1 + C.back()));
-            }
-        const double tolerance = b.precision == Precision::f64 ? 1e-14 : 1e-6;
-        CHECK(difference(r.fields[5].values, C) < tolerance);
-        CHECK(difference(r.fields[1].values, sa1) < tolerance);
-    }
-}
-
 TEST_CASE("retardation times from 1e-7 s to 1e7 s live in one grid, each cell at its closed form") {
     const Validated vulkan;
     Scene s = level(15, 1);
@@ -191,8 +136,7 @@ TEST_CASE("elastic and viscous cells in one skin: each kind has its impulses, th
     s.material.viscosity_map = {0, 4};
     s.receptors.fa2 = Fa2::step_mean;
     s.output.probes = {{0, 0}, {1, 0}};
-    RunOptions options;
-    options.precision = Precision::f64;
+    RunOptions options{.precision = Precision::f64};
     const Result r = run(s, Device::cpu(), options);
     REQUIRE(r.impulses.size() == 2);
     CHECK(int(r.impulses[0].quantity) == int(Quantity::fa1));
@@ -248,19 +192,6 @@ TEST_CASE("a material of its own in each of thousands of cells, and all elements
             for (int i = 0; sites && i < 2000; ++i)
                 d.sites.push_back({all_responses[i % 4], {i * 13 % d.grid.width, i * 7 % d.grid.height}});
             check_presses(context, d);
-            SkinOptions options;
-            options.count = 3;
-            Skin cpu(Device::cpu(1), d, options), device(vulkan.device(), d, options);
-            std::vector<float> pressures;
-            for (int pad = 0; pad < 3; ++pad)
-                for (float p : frame(d, pad)) pressures.push_back(p);
-            for (const std::vector<double>& steps : {std::vector<double>(3, 0.01), {0.02, 0.3, 0.01}}) {
-                for (Skin* skin : {&cpu, &device}) skin->press(pressures, steps);
-                for (Quantity q : all_responses) {
-                    const Skin::Response a = cpu.response(q), b = device.response(q);
-                    CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
-                }
-            }
         }
 }
 

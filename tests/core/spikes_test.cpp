@@ -54,12 +54,6 @@ std::vector<Spike> spikes_of(const Skin& skin) {
     const Skin::Spikes s = skin.spikes();
     return {s.begin(), s.end()};
 }
-void append(std::vector<Spike>& to, const Skin& skin, int frame) {
-    for (Spike s : spikes_of(skin)) {
-        s.frame += frame;
-        to.push_back(s);
-    }
-}
 bool same(const std::vector<Spike>& a, const std::vector<Spike>& b) {
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Spike)) == 0);
 }
@@ -107,114 +101,6 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
         }
         CHECK(fired > 100);
     }
-}
-
-TEST_CASE("a pad's spikes are those of a skin of its own, with a step for each pad") {
-    const Validated vulkan;
-    for (const Device& device : spiking_devices(vulkan)) {
-        SkinOptions many = spiking(), one = spiking();
-        many.count = 3;
-        Skin batch(device, finger(), many);
-        std::vector<Skin> alone;
-        for (int pad = 0; pad < 3; ++pad) alone.emplace_back(device, finger(), one);
-        size_t fired = 0;
-        for (int n = 0; n < 80; ++n) {
-            std::vector<float> all;
-            const std::vector<double> steps = {0.001, 0.002, n < 40 ? 0.001 : 0.0015};
-            std::vector<Spike> expected;
-            for (int pad = 0; pad < 3; ++pad) {
-                const std::vector<float> depth = depths(n, 0.001, pad);
-                all.insert(all.end(), depth.begin(), depth.end());
-                alone[size_t(pad)].press(depth, steps[size_t(pad)]);
-                for (Spike s : spikes_of(alone[size_t(pad)])) {
-                    s.pad = pad;
-                    expected.push_back(s);
-                }
-            }
-            batch.press(all, steps);
-            CHECK(same(spikes_of(batch), expected));
-            fired += expected.size();
-        }
-        CHECK(fired > 100);
-    }
-}
-
-TEST_CASE("saved, loaded and cut at any step, and pressed by frames, a skin has the same spikes") {
-    const Validated vulkan;
-    for (const Device& device : spiking_devices(vulkan))
-        for (const Control control : {Control::depth, Control::pressure}) {
-            SkinOptions options = spiking(control);
-            if (control == Control::pressure) options.afferents[1].follow = Signal::stress;
-            const double scale = control == Control::pressure ? 1e8 : 1;
-            const auto frame = [&](int n) {
-                std::vector<float> f = depths(n, 0.001);
-                for (float& x : f) x *= float(scale);
-                return f;
-            };
-            std::vector<Spike> straight, cut, framed;
-            Skin skin(device, finger(), options);
-            for (int n = 0; n < 60; ++n) {
-                skin.press(frame(n), 0.001);
-                append(straight, skin, n);
-            }
-            CHECK(straight.size() > 30);
-            Skin first(device, finger(), options), second(device, finger(), options);
-            for (int n = 0; n < 60; ++n) {
-                Skin& now = n % 2 ? second : first;
-                Skin& other = n % 2 ? first : second;
-                now.press(frame(n), 0.001);
-                append(cut, now, n);
-                std::vector<char> state(now.state_bytes());
-                now.save(state.data(), state.size());
-                other.reset();
-                other.load(state.data(), state.size());
-            }
-            CHECK(same(straight, cut));
-            Skin by_frames(device, finger(), options);
-            for (int n = 0; n < 60; n += 20) {
-                std::vector<float> frames;
-                for (int i = n; i < n + 20; ++i) {
-                    const std::vector<float> f = frame(i);
-                    frames.insert(frames.end(), f.begin(), f.end());
-                }
-                by_frames.press_frames(frames.data(), 20, side * side, 0.001);
-                append(framed, by_frames, n);
-            }
-            CHECK(same(straight, framed));
-            by_frames.reset();
-            by_frames.press(frame(0), 0.001);
-            skin.reset();
-            skin.press(frame(0), 0.001);
-            CHECK(same(spikes_of(skin), spikes_of(by_frames)));
-        }
-}
-
-TEST_CASE("a material given to several pads at once is the one that their fibres read") {
-    SkinDescription d = finger();
-    d.material = fingertip().material;
-    SkinOptions options = spiking(Control::pressure);
-    for (Afferents& a : options.afferents) a.follow = Signal::stress;
-    Skin alone(Device::cpu(1), d, options);
-    options.count = 3;
-    Skin batch(Device::cpu(1), d, options);
-    Material softer = d.material;
-    softer.thickness.reset(), softer.curvature_length.reset();
-    for (KelvinVoigt& e : softer.elements) e.modulus /= 3, e.viscosity /= 3;
-    alone.set_material(softer);
-    batch.set_material(softer);
-    size_t fired = 0;
-    for (int frame = 1; frame < 60; ++frame) {
-        std::vector<float> one(side * side), all;
-        for (float& p : one) p = float(3e3 * (1 + std::sin(0.5 * frame)));
-        for (int pad = 0; pad < 3; ++pad) all.insert(all.end(), one.begin(), one.end());
-        alone.press(one, 1e-3);
-        batch.press(all, 1e-3);
-        const std::vector<Spike> expected = spikes_of(alone), got = spikes_of(batch);
-        REQUIRE(got.size() == 3 * expected.size());
-        for (size_t k = 0; k < got.size(); ++k) CHECK(got[k].share == expected[k % expected.size()].share);
-        fired += expected.size();
-    }
-    CHECK(fired > 0);
 }
 
 TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {

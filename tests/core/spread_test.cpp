@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // labels: long threads
-// Receptors at depths in a skin that is pressed frame by frame: by closed forms, by scenes in f64, and by the bits of
-// every way. ways_test draws depths too.
-#include "host/core/cpu/stream.hpp"
+// Receptors at depths in a skin that is pressed frame by frame: by closed forms and by scenes in f64. That they have
+// the same bits by every way is what the suite `ways` says.
+#include "host/core/model/spread.hpp"
 #include "tests/allocations.hpp"
 #include "tests/drawn_skin.hpp"
 #include "tests/support.hpp"
@@ -59,14 +59,6 @@ double of_cell(double x, double y, const Depth& d) {
            of_corner(x - 0.5, y - 0.5, d);
 }
 
-// Pressure by the distance from the middle cell of a square grid.
-template <class Of> std::vector<float> about_middle(int cells, Of of) {
-    std::vector<float> map;
-    for (int y = 0; y < cells; ++y)
-        for (int x = 0; x < cells; ++x) map.push_back(float(of(std::hypot(x - cells / 2, y - cells / 2))));
-    return map;
-}
-
 // The skin below which one cell at a time is pressed on a square grid.
 class OneCell {
   public:
@@ -102,11 +94,6 @@ float greatest_of(const std::vector<float>& all) {
     return *std::ranges::max_element(all, {}, [](float x) { return std::abs(x); });
 }
 
-std::vector<float> response_numbers(const Skin& skin, Quantity q) {
-    const Skin::Response r = skin.response(q);
-    return {r.begin(), r.end()};
-}
-
 // Ridges, a chain, gains, each class at another depth.
 SkinDescription deep_ridges(int width, int height) {
     SkinDescription d;
@@ -126,48 +113,6 @@ std::vector<float> drawn_pressure(Random& r, size_t cells) {
 }
 
 } // namespace
-
-TEST_CASE("on the axis of an even disc a skin has Boussinesq's stress and strain, and on a punch's that of Sneddon") {
-    constexpr int cells = 161;
-    constexpr double radius = 60;
-    const auto disc = about_middle(cells, [](double r) { return std::clamp(radius - r + 0.5, 0.0, 1.0); });
-    const auto punch = about_middle(cells, [](double r) { // the mean over a ring: the pressure is infinite at its end
-        const auto inside = [](double s) { return -std::sqrt(std::max(1 - s * s / (radius * radius), 0.0)); };
-        const double low = std::max(r - 0.5, 0.0), high = r + 0.5;
-        return radius * radius * (inside(high) - inside(low)) / (high * high - low * low);
-    });
-    for (double z : {0.3, 1.0, 3.0, 6.0, 7.0, 10.0, 22.0, 40.0}) {
-        CAPTURE(z);
-        const size_t middle = size_t(cells / 2) * (cells + 1);
-        const double c = z / std::hypot(radius, z), q = z / radius;
-        CHECK(Below(cells, cells, {z, DepthKernel::stress, 0})(disc)[middle] == absolute(1 - c * c * c, 1e-3));
-        const double sideways = 0.9 - 1.4 * c + c * c * c / 2; // each of the horizontal stresses, of ratio 0.4
-        CHECK(Below(cells, cells, {z, DepthKernel::strain, 0.4})(disc)[middle] ==
-              absolute(1 - c * c * c - 0.8 * sideways, 1e-3));
-        CHECK(Below(cells, cells, {z, DepthKernel::stress, 0})(punch)[middle] ==
-              absolute((1 + 3 * q * q) / (1 + q * q) / (1 + q * q) / 2, 1e-3 * greatest_of(punch)));
-    }
-}
-
-TEST_CASE(
-    "in the middle of a wide skin a wave of pressure keeps (1 + kz)e^(-kz), and a cell's force goes all the way down") {
-    constexpr int cells = 320;
-    constexpr double k = 2 * std::numbers::pi / 24;
-    std::vector<float> wave, cell(size_t(cells) * cells);
-    for (int i = 0; i < cells * cells; ++i) wave.push_back(float(std::cos(k * (i % cells - cells / 2))));
-    const size_t middle = size_t(cells / 2) * (cells + 1);
-    cell[middle] = 1;
-    for (double z : {1.0, 3.0, 6.0, 10.0, 22.0}) {
-        CAPTURE(z);
-        Below below(cells, cells, {z, DepthKernel::stress, 0});
-        CHECK(below(wave)[middle] == absolute(std::sin(k / 2) / (k / 2) * (1 + k * z) * std::exp(-k * z), 1e-3));
-        const std::vector<float> spread = below(cell);
-        const double sum = std::accumulate(spread.begin(), spread.end(), 0.0),
-                     tail = std::pow(z / std::hypot(cells / 2, z), 3);
-        CHECK(sum <= 1 + 1e-3);
-        CHECK(sum >= 1 - tail - 1e-3);
-    }
-}
 
 TEST_CASE("below a pressed cell the errors against Love's corners sum to less than 1e-3, at every depth and place") {
     constexpr double ratios[] = {0.05, 0.3, 1,    1.5, 2,  2.5,   3,  3.5, 4,  5, 6,
@@ -222,138 +167,16 @@ TEST_CASE("pads of up to 8 x 8 cells have the sums over all cells, within 4 unit
     }
 }
 
-TEST_CASE("a batch at depths has the bits of single pads, by every instruction set and number of threads") {
-    struct Batch {
-        int width, height, pads;
-        double depth; // cells
-    };
-    Random r;
-    for (const Batch& b : {Batch{4, 4, 37, 0.5},
-                           {8, 8, 9, 1},
-                           {1, 1, 5, 1},
-                           {12, 12, 40, 1},
-                           {20, 25, 19, 3},
-                           {33, 17, 9, 9},
-                           {64, 64, 8, 6},
-                           {65, 70, 3, 6},
-                           {200, 150, 1, 6},
-                           {1, 50, 9, 3}}) {
-        CAPTURE(b.width);
-        SkinDescription d = deep_ridges(b.width, b.height);
-        d.receptors.depth = {.sa1 = b.depth * spread_spacing,
-                             .sa2 = 2 * b.depth * spread_spacing,
-                             .fa1 = {},
-                             .fa2 = 4 * b.depth * spread_spacing};
-        const size_t cells = size_t(b.width) * size_t(b.height);
-        std::vector<std::vector<float>> frames;
-        for (int f = 0; f < 2; ++f) frames.push_back(drawn_pressure(r, cells * size_t(b.pads)));
-        const double dt = 1e-3;
-        const model::StepLengths steps{.dt = &dt};
-        // Appends the responses of so many pads after the last frame.
-        using Responses = std::array<std::vector<float>, 4>;
-        const auto press_pads = [&](model::Stream& stream, size_t pads, size_t from, Responses& all) {
-            const model::PadList list{.count = pads};
-            stream.reset(list);
-            for (const std::vector<float>& f : frames) {
-                REQUIRE(stream.take(list, f.data() + from * cells));
-                REQUIRE(stream.prepare(list, steps) == nullptr);
-                stream.press(list, steps);
-            }
-            for (size_t q = 0; q < 4; ++q) {
-                const float* const response = stream.response(all_responses[q]);
-                all[q].insert(all[q].end(), response, response + pads * cells);
-            }
-        };
-        SkinOptions options;
-        const auto single = cpu::stream(model::streamed_skin(d, options), 1, simd::plain);
-        Responses expected;
-        for (size_t pad = 0; pad < size_t(b.pads); ++pad) press_pads(*single, 1, pad, expected);
-        options.count = b.pads;
-        const model::StreamedSkin batch = model::streamed_skin(d, options);
-        for (const simd::Isa* isa : simd::isas())
-            for (int threads = 1; threads <= 3; ++threads) {
-                Responses got;
-                press_pads(*cpu::stream(batch, threads, *isa), size_t(b.pads), 0, got);
-                CHECK_MESSAGE(got == expected, std::string(isa->name), ", ", threads, " threads");
-            }
-    }
-}
-
-TEST_CASE("a skin at depths differs from a scene in f64 by at most 1e-3 of the greatest signal, times 1 + |l C|") {
-    Random r;
-    for (int n = 0; n < (night() ? 100 : 8); ++n) {
-        Scene s;
-        SkinDescription& d = s;
-        d = deep_ridges(whole(r, 1, 70), whole(r, 1, 70));
-        d.receptors.fa2_gains = {1, -1};
-        d.receptors.fa2 = Fa2::step_mean;
-        DrawnSkin drawn;
-        draw_material(r, drawn);
-        d.material.elements = like(r, drawn.skin.material).elements;
-        d.material.spring.reset();
-        if (chance(r, 0.5)) d.material.spring = r.decades(4, 6);
-        if (chance(r, 0.5)) d.receptors.sa2_adaptation = r.decades(-2, 0);
-        if (chance(r, 0.5)) d.receptors.kernel = DepthKernel::strain, d.receptors.poisson = r.within(0, 0.5);
-        Depths& z = d.receptors.depth;
-        for (std::optional<double>* depth : {&z.sa1, &z.sa2, &z.fa1, &z.fa2})
-            *depth = spread_spacing * r.decades(-1, 1.5);
-        std::vector<double> map(size_t(d.grid.width) * size_t(d.grid.height));
-        for (double& p : map) p = chance(r, 0.5) ? r.within(0, 1) : 0;
-        map[0] = 1;
-        s.load.kind = Load::Kind::map, s.load.map = map, s.load.intensity = r.decades(2, 3);
-        s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 0.05};
-        s.time = {.step = 1e-3, .duration = 0.06};
-        s.output.traces = {}, s.output.probes = {};
-        s.output.fields = {{0.02, {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::curvature}}};
-        const Result scene = run(s);
-        SkinDescription surface = d;
-        surface.receptors.depth = {}, surface.receptors.kernel = DepthKernel::stress, surface.receptors.poisson.reset();
-        surface.material.curvature_length = 0;
-        Skin skin(Device::cpu(1), d), signals(Device::cpu(1), surface);
-        double greatest[4] = {}; // of each signal: what has decayed in float is what greater numbers have left
-        for (int k = 1; k <= 20; ++k) {
-            std::vector<float> pressure;
-            for (double p : map) pressure.push_back(float(s.load.intensity * p * k / 50));
-            skin.press(pressure, 1e-3), signals.press(pressure, 1e-3);
-            for (size_t q = 0; q < 4; ++q)
-                greatest[q] =
-                    std::max(greatest[q], double(std::abs(greatest_of(response_numbers(signals, all_responses[q])))));
-        }
-        double gain = 1;
-        for (double C : scene.fields[4].values) gain = std::max(gain, 1 + std::abs(*d.material.curvature_length * C));
-        for (size_t q = 0; q < 4; ++q) {
-            const auto& expected = scene.fields[q].values;
-            const std::vector<float> got = response_numbers(skin, all_responses[q]);
-            double off = 0;
-            for (size_t i = 0; i < got.size(); ++i) off = std::max(off, std::abs(double(got[i]) - expected[i]));
-            CHECK_MESSAGE(off <= 1e-3 * gain * greatest[q], d.grid.width, " x ", d.grid.height, ", ",
-                          std::string(name(all_responses[q])), ", skin ", n);
-        }
-    }
-}
-
-TEST_CASE("sites at depths have what their cells have without sites, and the state is that of all cells") {
+TEST_CASE("sites at depths read all cells, whose state and report are those of a skin without sites") {
     SkinDescription fields = deep_ridges(23, 17), sites = fields;
-    const Quantity classes[] = {Quantity::fa2, Quantity::sa1, Quantity::sa1, Quantity::fa1, Quantity::fa2};
-    for (int i = 0; i < 5; ++i) sites.sites.push_back({classes[i], {(7 * i) % 23, (5 * i) % 17}});
-    SkinOptions options;
-    options.responses = {Quantity::sa1, Quantity::fa1, Quantity::fa2};
-    options.count = 3;
+    sites.sites = {{Quantity::fa2, {0, 0}}, {Quantity::sa1, {7, 5}}, {Quantity::fa1, {21, 15}}};
+    SkinOptions options{.responses = {Quantity::sa1, Quantity::fa1, Quantity::fa2}, .count = 3};
     Skin all(Device::cpu(1), fields, options), some(Device::cpu(1), sites, options);
     CHECK(some.cells() == all.cells());
     Random r;
     const std::vector<float> pressure = drawn_pressure(r, 3 * 23 * 17);
     all.press(pressure, 1e-3), some.press_cells(pressure.data(), pressure.size(), 1e-3);
     CHECK(saved(all) == saved(some));
-    for (Quantity q :
-         {Quantity::sa1, Quantity::fa1, Quantity::fa2, Quantity::strain, Quantity::indentation, Quantity::curvature}) {
-        std::vector<float> expected;
-        for (size_t pad = 0; pad < 3; ++pad)
-            for (const Site& site : sites.sites)
-                if (q == site.type || q > Quantity::fa2 || q == Quantity::strain)
-                    expected.push_back(all.response(q)[pad * 23 * 17 + size_t(site.cell.y * 23 + site.cell.x)]);
-        CHECK_MESSAGE(response_numbers(some, q) == expected, std::string(name(q)));
-    }
     CHECK(some.report(1).strain.value == all.report(1).strain.value);
     CHECK_THROWS_AS(some.response(Quantity::sa2), Error);
 }
@@ -381,8 +204,8 @@ TEST_CASE("a state saved without depths goes on at depths, and the other way rou
         hand_over(b, c), hand_over(a, e);
         press_all();
         for (Quantity q : all_responses) {
-            CHECK(response_numbers(c, q) == response_numbers(a, q));
-            CHECK(response_numbers(e, q) == response_numbers(b, q));
+            CHECK(answers(c, q) == answers(a, q));
+            CHECK(answers(e, q) == answers(b, q));
         }
     }
 }
@@ -470,10 +293,9 @@ TEST_CASE("SA1 that follows the stress answers as a spring of the modulus at res
                     springs.set_material(at_rest(other), std::vector<int>{2});
                 }
             }
-            CHECK(response_numbers(skin, Quantity::fa1) == response_numbers(same, Quantity::fa1));
-            const std::vector<float> got = response_numbers(skin, Quantity::sa1),
-                                     signal = response_numbers(springs, Quantity::sa1),
-                                     C = response_numbers(same, Quantity::curvature);
+            CHECK(answers(skin, Quantity::fa1) == answers(same, Quantity::fa1));
+            const std::vector<float> got = answers(skin, Quantity::sa1), signal = answers(springs, Quantity::sa1),
+                                     C = answers(same, Quantity::curvature);
             for (size_t i = 0; i < got.size(); ++i) {
                 CAPTURE(i);
                 CHECK(got[i] ==
@@ -484,52 +306,47 @@ TEST_CASE("SA1 that follows the stress answers as a spring of the modulus at res
 }
 
 TEST_CASE("what a skin at depths cannot have is refused by name") {
-    const auto why = [](auto change) {
+    const auto says = [](auto change, const char* part) {
         SkinDescription d = deep_ridges(12, 9);
         SkinOptions options;
         change(d, options);
-        return refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), d, options); });
+        refuses([&] { Skin(Device::cpu(1), d, options); }, part);
     };
-    const auto says = [](const std::string& text, const char* part) {
-        CHECK_MESSAGE(text.find(part) != std::string::npos, text);
-    };
-    says(why([](SkinDescription& d, SkinOptions&) {
-             d.material.elements[0].modulus_map = std::vector<double>(108, 1e5);
-         }),
+    says([](SkinDescription& d, SkinOptions&) { d.material.elements[0].modulus_map = std::vector<double>(108, 1e5); },
          "receptors.depth.sa1 = 3e-04; allowed: none where the material differs");
-    says(why([](SkinDescription& d, SkinOptions&) { d.edges = Edges::periodic; }),
+    says([](SkinDescription& d, SkinOptions&) { d.edges = Edges::periodic; },
          "receptors.depth.sa1 = 3e-04; allowed: none with curvature.edges = \"periodic\"");
-    says(why([](SkinDescription&, SkinOptions& o) { o.control = Control::depth; }),
+    says([](SkinDescription&, SkinOptions& o) { o.control = Control::depth; },
          "receptors.depth = (given); allowed: none with control = depth");
-    says(why([](SkinDescription& d, SkinOptions&) { d.grid.spacing.reset(); }), "only with grid.spacing");
-    says(why([](SkinDescription& d, SkinOptions&) { d.receptors.depth.fa1 = 200; }),
+    says([](SkinDescription& d, SkinOptions&) { d.grid.spacing.reset(); }, "only with grid.spacing");
+    says([](SkinDescription& d, SkinOptions&) { d.receptors.depth.fa1 = 200; },
          "receptors.depth.fa1 = 200; allowed: 0, or 1e-10 .. 100, a millionth and a million times grid.spacing");
-    says(why([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa2 = Signal::stress; }),
+    says([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa2 = Signal::stress; },
          "receptors.follow.sa2 = \"stress\"; allowed: \"strain\" in a skin pressed frame by frame: only scenes");
-    says(why([](SkinDescription& d, SkinOptions&) {
-             d.receptors.follow.sa1 = Signal::stress, d.material.dashpot = 1e5;
-         }),
+    says([](SkinDescription& d, SkinOptions&) { d.receptors.follow.sa1 = Signal::stress, d.material.dashpot = 1e5; },
          "receptors.follow.sa1 = \"stress\"; allowed: \"strain\", unless");
-    says(why([](SkinDescription& d, SkinOptions& o) {
-             d.receptors.depth = {}, d.receptors.follow.sa1 = Signal::stress, o.control = Control::depth;
-         }),
-         "receptors.follow.sa1");
-    says(why([](SkinDescription&, SkinOptions& o) {
-             o.shear = true, o.sa2_stretch = {1, 0};
-         }),
-         "sa2_stretch = (given); allowed: none with receptors.depth.sa2");
-    says(why([](SkinDescription& d, SkinOptions& o) {
-             d.sites = {{Quantity::sa1, {1, 1}}}, o.shear = true;
-         }),
-         "shear = true; allowed: false in a skin with sites");
+    says(
+        [](SkinDescription& d, SkinOptions& o) {
+            d.receptors.depth = {}, d.receptors.follow.sa1 = Signal::stress, o.control = Control::depth;
+        },
+        "receptors.follow.sa1");
+    says(
+        [](SkinDescription&, SkinOptions& o) {
+            o.shear = true, o.sa2_stretch = {1, 0};
+        },
+        "sa2_stretch = (given); allowed: none with receptors.depth.sa2");
+    says(
+        [](SkinDescription& d, SkinOptions& o) {
+            d.sites = {{Quantity::sa1, {1, 1}}}, o.shear = true;
+        },
+        "shear = true; allowed: false in a skin with sites");
 }
 
 TEST_CASE("a press at depths allocates nothing, with sites, fibres and a stress that is followed") {
     SkinDescription d = deep_ridges(21, 12);
     d.receptors.follow.sa1 = Signal::stress;
     for (int i = 0; i < 8; ++i) d.sites.push_back({i % 2 ? Quantity::sa1 : Quantity::fa2, {2 * i, i}});
-    SkinOptions options;
-    options.count = 9;
+    SkinOptions options{.count = 9};
     options.afferents = {{.type = Quantity::sa1, .model = {}, .cells = {}},
                          {.type = Quantity::fa2, .model = {}, .cells = {}}};
     for (int threads : {1, 2}) {

@@ -53,36 +53,6 @@ std::vector<SkinDescription> descriptions() {
 
 } // namespace
 
-TEST_CASE("a state is the same bytes on CPU and Vulkan, and what either goes on from, bit for bit") {
-    const Validated vulkan;
-    for (const SkinDescription& d : descriptions())
-        for (auto [precision, hold] : {std::pair{Precision::f32, Hold::linear},
-                                       {Precision::f32_compensated, Hold::linear},
-                                       {Precision::f32, Hold::parabolic},
-                                       {Precision::f32_compensated, Hold::parabolic}}) {
-            CAPTURE(d.material.elements.size());
-            CAPTURE(d.sites.size());
-            CAPTURE(int(hold));
-            SkinOptions options;
-            options.precision = precision;
-            options.hold = hold;
-            Skin one(Device::cpu(1), d, options), two(vulkan.device(), d, options);
-            CHECK(answers(one, d, 0, 3) == answers(two, d, 0, 3));
-            const Bytes state = saved(one);
-            CHECK(saved(two) == state);
-            const std::vector<float> expected = answers(one, d, 3, 6);
-            two.press(frame(d, 9), 0.5); // is taken back
-            two.load(state.data(), state.size());
-            CHECK(saved(two) == state);
-            CHECK(answers(two, d, 3, 6) == expected);
-            Skin fresh(Device::cpu(2), d, options); // a copy
-            fresh.load(state.data(), state.size());
-            CHECK(answers(fresh, d, 3, 6) == expected);
-            one.load(state.data(), state.size()); // a rollback
-            CHECK(answers(one, d, 3, 6) == expected);
-        }
-}
-
 TEST_CASE("a state goes on with another modulus and viscosity: its strain is kept") {
     SkinDescription d = small_scene(9, 7);
     d.receptors.fa2 = Fa2::step_mean;
@@ -142,10 +112,9 @@ TEST_CASE(
     const float nan = NAN;
     std::memcpy(bad.data() + bad.size() - 4, &nan, 4);
     CHECK(refused(bad).find("not finite") != std::string::npos);
-    CHECK(refusal(Error::Code::bad_input, [&] { skin.load(nullptr, own.size()); }).find("(null)") != std::string::npos);
+    refuses([&] { skin.load(nullptr, own.size()); }, "(null)");
     Bytes small(own.size() - 1);
-    CHECK(refusal(Error::Code::bad_input, [&] { skin.save(small.data(), small.size()); }).find("bytes") !=
-          std::string::npos);
+    refuses([&] { skin.save(small.data(), small.size()); }, "bytes");
 }
 
 TEST_CASE(
@@ -196,9 +165,7 @@ TEST_CASE("states of version 2, as the library before 0.2.0 wrote them, are read
     for (const Device& device : {Device::cpu(1), vulkan.device()})
         for (int pads : {1, 2}) {
             CAPTURE(device.info().name);
-            SkinOptions options;
-            options.precision = Precision::f32_compensated;
-            options.count = pads;
+            SkinOptions options{.precision = Precision::f32_compensated, .count = pads};
             if (pads == 2) d.sites = {{Quantity::sa1, {1, 1}}, {Quantity::sa2, {3, 2}}, {Quantity::fa2, {1, 1}}};
             else d.sites.clear();
             Skin went_on(device, d, options), took(device, d, options);
@@ -218,9 +185,7 @@ TEST_CASE("states of version 2, as the library before 0.2.0 wrote them, are read
                 CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
             }
             Bytes cut(file.begin() + std::ptrdiff_t(first), file.begin() + std::ptrdiff_t(first + bytes - 4));
-            CHECK(refusal(Error::Code::bad_input, [&] {
-                      took.load(cut.data(), cut.size());
-                  }).find(std::to_string(bytes) + " bytes") != std::string::npos);
+            refuses([&] { took.load(cut.data(), cut.size()); }, std::to_string(bytes) + " bytes");
         }
 }
 
@@ -237,8 +202,7 @@ TEST_CASE("a state of another stencil, spring or response is refused word for wo
     SkinDescription other = d;
     other.material.spring.reset();
     CHECK(why(other) == "state = (number of springs 0); allowed: number of springs 1, as the skin has");
-    SkinOptions without;
-    without.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1};
+    SkinOptions without{.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1}};
     CHECK(why(d, without) ==
           "state = (rate of a spring for fa2 0); allowed: rate of a spring for fa2 1, as the skin has");
     d.sites = {{Quantity::sa1, {4, 3}}}; // reads 5 cells, or 9 of the wider stencil
@@ -252,8 +216,7 @@ TEST_CASE("a skin drops none of its elements, however fast or slow: it does not 
     d.grid = {4, 3, {}};
     d.material.elements = {{1, 1e-9}, {1, 1}, {1, 1.000001}, {1, 1e9}};
     d.material.dashpot = 1e12;
-    SkinOptions options;
-    options.precision = Precision::f32;
+    SkinOptions options{.precision = Precision::f32};
     const size_t header = Skin(Device::cpu(), d, options).state_bytes() - size_t(4 * 3 * 4 * (5 + 1 + 1));
     CHECK(header == 100); // five strains, an integral and a pressure in each cell
 }
@@ -265,8 +228,7 @@ TEST_CASE("a skin's report says which responses the curvature has turned") {
     d.surface.noise = 0;
     for (double ridges : {0.5, 12.0}) {
         d.surface.ridges = ridges;
-        SkinOptions options;
-        options.responses = {Quantity::sa1, Quantity::fa2};
+        SkinOptions options{.responses = {Quantity::sa1, Quantity::fa2}};
         Skin skin(Device::cpu(), d, options);
         CHECK(skin.report().sign_changed.empty()); // nothing is pressed
         skin.press(std::vector<float>(1200, 1.0f), 0.5);
@@ -317,20 +279,16 @@ TEST_CASE("a skin tells strain, indentation and curvature: with them its respons
             CAPTURE(device.info().name);
             CAPTURE(d.material.elements.size());
             CAPTURE(d.sites.size());
-            SkinOptions options;
-            options.count = 2;
+            SkinOptions options{.count = 2};
             Skin skin(device, d, options);
-            const auto copy = [&](Quantity q) {
-                const Skin::Response r = skin.response(q);
-                return std::vector<float>(r.begin(), r.end());
-            };
-            for (float at_rest : copy(Quantity::strain)) CHECK(at_rest == 0);
+            for (float at_rest : answers(skin, Quantity::strain)) CHECK(at_rest == 0);
             std::vector<float> pressure = frame(d, 1), second = frame(d, 4);
             pressure.insert(pressure.end(), second.begin(), second.end());
             const float* const told = skin.response(Quantity::curvature).data;
             skin.press(pressure, 0.02);
-            const std::vector<float> strain = copy(Quantity::strain), indentation = copy(Quantity::indentation),
-                                     curvature = copy(Quantity::curvature), sa1 = copy(Quantity::sa1);
+            const std::vector<float> strain = answers(skin, Quantity::strain),
+                                     indentation = answers(skin, Quantity::indentation),
+                                     curvature = answers(skin, Quantity::curvature), sa1 = answers(skin, Quantity::sa1);
             CHECK(skin.response(Quantity::curvature).data == told); // the same memory
             const size_t sites = d.sites.size(), count = sites ? sites : 19 * 11;
             REQUIRE(strain.size() == 2 * count);

@@ -3,6 +3,7 @@
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/command.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -15,20 +16,6 @@ using namespace test;
 namespace {
 
 using Numbers = std::vector<double>;
-
-// Every number of a result.
-Numbers numbers(const Result& r) {
-    Numbers all = r.time;
-    const auto add = [&](const std::vector<double>& more) { all.insert(all.end(), more.begin(), more.end()); };
-    for (const Trace& t : r.traces) {
-        for (const auto* column : {&t.mean, &t.min, &t.max}) add(*column);
-        for (const auto& column : t.probes) add(column);
-    }
-    for (const Field& f : r.fields) add(f.values);
-    add(r.responses);
-    all.push_back(r.stencil_estimate);
-    return all;
-}
 
 Numbers responses(const Skin& skin) {
     Numbers all;
@@ -57,12 +44,13 @@ Scene marched(const std::string& frames) {
 
 // Writes five frames for it and returns their path.
 std::string write_frames(const Folder& folder) {
-    std::string file = npy_header("<f4", "(5, 30, 40)");
+    std::vector<std::vector<double>> maps;
     for (int n = 0; n < 5; ++n) {
         const std::vector<float> map = frame(marched(""), n);
-        file.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(float));
+        maps.emplace_back(map.begin(), map.end());
     }
-    return folder.write("frames.npy", file);
+    oracle::write_frames(folder / "frames.npy", marched("").grid, maps);
+    return (folder / "frames.npy").string();
 }
 
 SkinDescription chain_of_three(int width, int height) {
@@ -111,10 +99,9 @@ TEST_CASE("whatever a progress callback does on the run's own device, no number 
         for (const std::string& frames : {std::string(), file}) {
             CAPTURE(device.info().name);
             CAPTURE(frames);
-            RunOptions options;
-            options.check = device.info().vulkan && !frames.empty();
+            RunOptions options{.check = device.info().vulkan && !frames.empty()};
             const Scene scene = marched(frames);
-            const Numbers right = numbers(run(scene, device, options));
+            const Numbers right = numbers_of(run(scene, device, options));
             const SkinDescription d = small_scene(40, 30);
             Skin skin(device, d);
             const std::function<void()> deeds[] = {
@@ -135,7 +122,7 @@ TEST_CASE("whatever a progress callback does on the run's own device, no number 
             for (const auto& deed : deeds) {
                 int calls = 0;
                 options.progress = [&](double) { ++calls, deed(); };
-                CHECK(numbers(run(scene, device, options)) == right);
+                CHECK(numbers_of(run(scene, device, options)) == right);
                 CHECK(calls > 2);
             }
         }
@@ -181,7 +168,7 @@ TEST_CASE("runs and presses have the same bits however small their submissions a
             const Scene scene = marched(frames);
             std::vector<uint64_t> submissions;
             shim.submissions = &submissions;
-            CHECK(numbers(run(scene, vulkan.device())) == numbers(run(scene, Device::cpu(1))));
+            CHECK(numbers_of(run(scene, vulkan.device())) == numbers_of(run(scene, Device::cpu(1))));
             shim.submissions = nullptr;
             CHECK(double(submissions.size()) >= 64 * 40 * 30 * 6 / work); // numbers of 64 steps, at the least
         }
@@ -202,9 +189,7 @@ TEST_CASE("no submission of a press is more work than its limit; the limit is ab
             const Device device = open_device("0", shimmed(), {.validation = {}, .most_work = most});
             SkinDescription d = small_scene(c.width, c.height);
             if (elements > 1) d.material.elements = {{3, 0.1}, {2, 0.9}, {1, 4}};
-            SkinOptions options;
-            options.count = c.count;
-            options.precision = Precision::f32_compensated;
+            SkinOptions options{.precision = Precision::f32_compensated, .count = c.count};
             Skin skin(device, d, options);
             const std::vector<float> pressures(size_t(c.width * c.height * c.count), 1.0f);
             std::vector<uint64_t> submissions;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device long
 // One property: however a skin is pressed, its numbers have the bits of the plain way, one pad on one thread, one frame
-// a call. Skins, options and lists of calls are drawn at random; every way takes the same calls.
+// a call, by plain loops. Skins, options and lists of calls are drawn at random; every way takes the same calls.
 // DERMIS_WAYS=SEED repeats one list, DERMIS_WAYS=SEED:COUNT takes COUNT of them from that seed on.
 #include "tests/way.hpp"
 
@@ -269,17 +269,17 @@ std::string difference(const Way& plain, const Way& way, const DrawnSkin& drawn)
     return "";
 }
 
-std::vector<Way> ways_of(Random& r, const DrawnSkin& drawn, const Device* vulkan) {
-    const auto some = [&] {
-        return Doors{chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.5)};
+std::vector<Way> ways_of(Random& r, const DrawnSkin& drawn, const Device* vulkan, uint64_t seed) {
+    const auto some = [&](bool in_c = false) {
+        return Doors{chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.7), chance(r, 0.5), in_c};
     };
     std::vector<Way> ways;
-    ways.emplace_back("a skin for each pad, one thread", Device::cpu(1), drawn, true, Doors{});
-    ways.emplace_back("a batch, one thread", Device::cpu(1), drawn, false, some());
-    ways.emplace_back("a batch, two threads", Device::cpu(2), drawn, false, some());
-    ways.emplace_back("a batch, three threads", Device::cpu(3), drawn, false, some());
-    ways.emplace_back("a skin for each pad, three threads", Device::cpu(3), drawn, true, some());
-    if (vulkan) ways.emplace_back("a batch on Vulkan", *vulkan, drawn, false, some());
+    ways.emplace_back("a skin for each pad, one thread", cpu_with(1, plain_loops()), drawn, true, Doors{});
+    ways.emplace_back("a batch, one thread", cpu_with(1, seed), drawn, false, some());
+    ways.emplace_back("a batch, two threads", Device::cpu(2), drawn, false, some(seed % 2));
+    ways.emplace_back("a batch, three threads", cpu_with(3, seed / 2), drawn, false, some());
+    ways.emplace_back("a skin for each pad, three threads", Device::cpu(3), drawn, true, some(seed / 2 % 2));
+    if (vulkan) ways.emplace_back("a batch on Vulkan", *vulkan, drawn, false, some(seed / 4 % 2));
     if (drawn.skin.sites.empty()) return ways;
     Doors fields = some();
     fields.cells = false; // a skin without sites reads all cells
@@ -293,7 +293,7 @@ std::string differing(uint64_t seed, const Device* vulkan, size_t& spikes_seen) 
     r.bits.seed(seed);
     const DrawnSkin drawn = drawn_skin(r);
     std::string text = "DERMIS_WAYS=" + std::to_string(seed) + ": " + words_of(drawn) + "\n";
-    std::vector<Way> ways = ways_of(r, drawn, vulkan);
+    std::vector<Way> ways = ways_of(r, drawn, vulkan, seed);
     Calls calls(r, drawn, ways[0]);
     for (int n = drawn.large() ? 5 : whole(r, 4, 14); n > 0; --n) {
         const Call call = calls.next();

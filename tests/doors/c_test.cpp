@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
-// The C interface beside C++: the same bits, without an allocation. How it is used from C: tests/doors/c.
-#include "dermis/contact.hpp"
+// The C interface beside C++: the numbers of runs, and no allocation. That its presses have the same bits is what the
+// suite `ways` says; how it is used from C: tests/doors/c.
 #include "host/doors/c/handles.hpp"
 #include "tests/allocations.hpp"
 #include "tests/support.hpp"
@@ -48,24 +48,6 @@ bool same_response(const dermis_skin* in_c, const Skin& skin, Quantity q) {
     return std::memcmp(values, expected.data, count * sizeof(float)) == 0;
 }
 
-void check_report(const dermis_contact_report& report, const contact::ContactReport& expected) {
-    CHECK(report.asked == expected.asked);
-    CHECK(report.placed == expected.placed);
-    CHECK(report.outside == expected.outside);
-    CHECK(report.greatest == expected.greatest);
-    CHECK(report.level == expected.level);
-    CHECK(report.cells == expected.cells);
-    CHECK(report.below_cell == expected.below_cell);
-    CHECK(report.beside == expected.beside);
-    CHECK(report.sideways == expected.sideways);
-    CHECK(report.too_far == expected.too_far);
-    CHECK(report.turned_away == expected.turned_away);
-    CHECK(report.plausible == expected.plausible());
-    char doubts[400];
-    CHECK(dermis_contact_report_get_doubts(&report, doubts, sizeof doubts) == DERMIS_OK);
-    CHECK(doubts == expected.doubts());
-}
-
 } // namespace
 
 TEST_CASE("a run in C has the numbers of the run in C++") {
@@ -107,7 +89,7 @@ TEST_CASE("a run in C has the numbers of the run in C++") {
     CHECK(changed != 0);
 }
 
-TEST_CASE("a press in C has the bits of one in C++ and allocates nothing") {
+TEST_CASE("a press in C allocates nothing, and a skin of a scene presses as one in C++") {
     const auto device = made<dermis_device>([](auto d) { return dermis_device_open_cpu(1, d); });
     const auto in_c =
         made<dermis_skin>([&](auto s) { return dermis_skin_create(device.get(), c_scene().get(), nullptr, s); });
@@ -125,178 +107,20 @@ TEST_CASE("a press in C has the bits of one in C++ and allocates nothing") {
     }
 }
 
-TEST_CASE("a skin in C that is pressed by depth has the bits of one in C++") {
-    const Scene scene = Scene::from_string(pad);
-    dermis_skin_options options{};
-    options.size = sizeof options;
-    options.count = 1;
-    options.control = DERMIS_DEPTH;
-    Skin skin(Device::cpu(1), scene, {.control = Control::depth});
-    const auto in_c =
-        made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, c_scene().get(), &options, s); });
-    const double dt = 0.01;
-    for (int n = 0; n < 3; ++n) {
-        const std::vector<float> depths = frame(scene, n);
-        CHECK(dermis_skin_press(in_c.get(), depths.data(), depths.size(), &dt, 1, nullptr) == DERMIS_OK);
-        skin.press(depths, dt);
-        for (Quantity q : all_responses) CHECK(same_response(in_c.get(), skin, q));
-    }
-    CHECK(dermis_skin_set_material(in_c.get(), c_scene().get(), nullptr) != DERMIS_OK);
-}
-
-TEST_CASE("a skin in C has the spikes of one in C++, of the scene's nerve fibres") {
-    const Owned<dermis_scene> scene = c_scene();
-    std::vector<Afferents>& fibres = scene->scene.afferents;
-    fibres.resize(2);
-    fibres[1].type = Quantity::fa1;
-    for (Afferents& a : fibres) {
-        a.cells = {{3, 4}, {20, 11}};
-        a.model = afferent_model(a.type);
-        a.model->gains[0][0] *= 1000; // the skin is hardly strained
-    }
-    dermis_skin_options options{};
-    options.size = sizeof options;
-    options.count = 2;
-    SkinOptions same{.count = 2};
-    same.afferents = fibres;
-    Skin skin(Device::cpu(1), scene->scene, same);
-    const auto in_c = made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, scene.get(), &options, s); });
-    size_t fired = 0;
-    for (int n = 0; n < 3; ++n) {
-        std::vector<float> pressure = frame(scene->scene, n);
-        const std::vector<float> second = frame(scene->scene, n + 1);
-        pressure.insert(pressure.end(), second.begin(), second.end());
-        CHECK(dermis_skin_press_frames(in_c.get(), pressure.data(), 1, pressure.size(), 0.01, nullptr) == DERMIS_OK);
-        skin.press(pressure, 0.01);
-        const Skin::Spikes expected = skin.spikes();
-        const dermis_spike* spikes = nullptr;
-        size_t count = 0;
-        CHECK(dermis_skin_get_spikes(in_c.get(), &spikes, &count) == DERMIS_OK);
-        REQUIRE(count == expected.size);
-        for (size_t i = 0; i < count; ++i) {
-            CHECK(spikes[i].pad == expected[i].pad);
-            CHECK(spikes[i].afferent == expected[i].afferent);
-            CHECK(spikes[i].frame == expected[i].frame);
-            CHECK(spikes[i].share == expected[i].share);
-        }
-        fired += count;
-    }
-    CHECK(fired > 10);
-}
-
-TEST_CASE("a batch in C has the bits of one in C++: some pads, a step for each, own materials, states and reports") {
-    Scene scene = Scene::from_string(pad);
-    dermis_skin_options options{};
-    options.size = sizeof options;
-    options.count = 3;
-    options.materials = 1;
-    Skin skin(Device::cpu(1), scene, {.count = 3, .materials = std::vector<Material>(3, scene.material)});
-    const auto in_c =
-        made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, c_scene().get(), &options, s); });
-    std::vector<float> pressure;
-    for (int i = 0; i < 3; ++i)
-        for (float p : frame(scene, i)) pressure.push_back(p);
-    const std::vector<float> two_frames(pressure.begin(), pressure.begin() + long(pressure.size() / 3 * 2));
-    const std::vector<int> two = {2, 0};
-    const dermis_pads c_two = {two.data(), two.size()};
-    const std::vector<double> dt = {0.01, 0.5, 0.02};
-    const auto all_same = [&] {
-        bool all = true;
-        for (Quantity q : all_responses) all &= same_response(in_c.get(), skin, q);
-        for (Quantity q : {Quantity::strain, Quantity::indentation, Quantity::curvature})
-            all &= same_response(in_c.get(), skin, q);
-        return all;
-    };
-    CHECK(dermis_skin_press(in_c.get(), pressure.data(), pressure.size(), dt.data(), 3, nullptr) == DERMIS_OK);
-    skin.press(pressure, dt);
-    CHECK(all_same());
-    const Owned<dermis_scene> stiff = c_scene();
-    CHECK(dermis_scene_set(stiff.get(), "material.modulus", "7") == DERMIS_OK);
-    CHECK(dermis_skin_set_material(in_c.get(), stiff.get(), &c_two) == DERMIS_OK);
-    scene.material.modulus = 7;
-    skin.set_material(scene.material, two);
-    CHECK(dermis_skin_press(in_c.get(), two_frames.data(), two_frames.size(), dt.data(), 1, &c_two) == DERMIS_OK);
-    skin.press(two_frames, dt[0], two);
-    CHECK(all_same());
-
-    size_t bytes = 0;
-    CHECK(dermis_skin_get_state_size(in_c.get(), &bytes, &c_two) == DERMIS_OK);
-    REQUIRE(bytes == skin.state_bytes(two));
-    std::vector<char> state(bytes), expected(bytes);
-    CHECK(dermis_skin_save(in_c.get(), state.data(), bytes, &c_two) == DERMIS_OK);
-    skin.save(expected.data(), bytes, two);
-    CHECK(state == expected);
-    const std::vector<int> others = {1, 2};
-    const dermis_pads c_others = {others.data(), others.size()};
-    CHECK(dermis_skin_load(in_c.get(), state.data(), bytes, &c_others) == DERMIS_OK);
-    skin.load(expected.data(), bytes, others);
-    CHECK(dermis_skin_reset(in_c.get(), &c_two) == DERMIS_OK);
-    skin.reset(two);
-    CHECK(all_same());
-    dermis_report report{};
-    report.size = sizeof report;
-    CHECK(dermis_skin_get_report(in_c.get(), 1, &report) == DERMIS_OK);
-    CHECK(report.strain.value == skin.report(1).strain.value);
-    CHECK(report.strain.value > 0);
-}
-
-TEST_CASE("contacts in C give the pressures of contact.hpp and allocate nothing") {
-    constexpr int width = 40, height = 30, pitch = 41;
-    std::vector<float> expected(size_t(pitch) * height, 3.0f), actual = expected, depth(size_t(width) * height);
-    const contact::Pad on{
-        .width = width, .height = height, .spacing = 1e-3, .pressure = expected.data(), .pitch = pitch};
-    const dermis_contact_pad in_c{.size = sizeof in_c,
-                                  .width = width,
-                                  .height = height,
-                                  .spacing = 1e-3,
-                                  .pressure = actual.data(),
-                                  .pitch = pitch};
+TEST_CASE("contacts in C allocate nothing") {
+    std::vector<float> pressure(40 * 30);
+    const dermis_contact_pad pad{
+        .size = sizeof pad, .width = 40, .height = 30, .spacing = 1e-3, .pressure = pressure.data()};
+    const dermis_contact some[] = {{.x = 0.01, .y = 0.02, .force = 0.5, .radius = 3e-3}, {.x = 1, .y = 1, .force = 1}};
     dermis_contact_report report{};
     report.size = sizeof report;
-    const auto check_same = [&](const contact::ContactReport& r) {
-        CHECK(actual == expected);
-        check_report(report, r);
-    };
     const size_t before = allocations();
-    const dermis_contact some[] = {{.x = 0.01, .y = 0.02, .force = 0.5, .radius = 3e-3},
-                                   {.x = 0.04, .y = 0.01, .force = 2, .area = 5e-5},
-                                   {.x = 0.02, .y = 0.02, .force = 3, .radius = 1e-9},
-                                   {.x = 1, .y = 1, .force = 1}};
-    dermis_status status = dermis_add_contacts(&in_c, some, 4, &report);
+    const dermis_status status = dermis_add_contacts(&pad, some, 2, &report);
     CHECK(allocations() == before);
-    REQUIRE(status == DERMIS_OK);
-    std::vector<contact::Contact> same;
-    for (const dermis_contact& c : some)
-        same.push_back({.x = c.x, .y = c.y, .force = c.force, .radius = c.radius, .area = c.area});
-    check_same(contact::add_contacts(on, same));
-    CHECK(report.beside == 1);
-    CHECK(report.plausible == 0);
-
-    for (size_t i = 0; i < depth.size(); ++i) depth[i] = float(i % 7) * 1e-4f - 2e-4f;
-    for (double stiffness : {0.0, 1e6}) {
-        const dermis_depths depths{.size = sizeof depths, .depth = depth.data(), .force = 0.4, .stiffness = stiffness};
-        REQUIRE(dermis_add_depths(&in_c, &depths, &report) == DERMIS_OK);
-        check_same(contact::add_depths(on, {.depth = depth.data(), .force = 0.4, .stiffness = stiffness}));
-    }
-    CHECK(report.level != 0);
-
-    dermis_taxels taxels{};
-    taxels = {
-        .size = sizeof taxels, .values = depth.data() + 2, .columns = 3, .rows = 2, .width = 7e-3, .height = 4.5e-3};
-    taxels.x = 2e-2, taxels.y = -1e-3, taxels.row_step = 7, taxels.unit = DERMIS_PASCAL;
-    REQUIRE(dermis_add_taxels(&in_c, &taxels, &report) == DERMIS_OK);
-    contact::TaxelReadings own;
-    own.unit = contact::TaxelReadings::Unit::pascal;
-    own.values = depth.data() + 2;
-    own.columns = 3, own.rows = 2;
-    own.width = 7e-3, own.height = 4.5e-3;
-    own.x = 2e-2, own.y = -1e-3;
-    own.row_step = 7;
-    check_same(contact::add_taxels(on, own));
-    CHECK(report.placed > 0);
+    CHECK(status == DERMIS_OK);
 }
 
-TEST_CASE("a Vulkan device in C presses with the bits of the CPU path, and one that does not exist is named") {
+TEST_CASE("a Vulkan device in C tells its uuid, and one that does not exist is named") {
     const auto device = made<dermis_device>([](auto d) { return dermis_device_open("vulkan", d); });
     dermis_device_info info{};
     info.size = sizeof info;
@@ -307,19 +131,6 @@ TEST_CASE("a Vulkan device in C presses with the bits of the CPU path, and one t
     CHECK(dermis_device_get_info(device.get(), &info) == DERMIS_OK);
     CHECK(info.vulkan == 1);
     CHECK(info.uuid == nullptr);
-    const Scene scene = Scene::from_string(pad);
-    const auto answer = [&](const dermis_device* on) {
-        const auto skin =
-            made<dermis_skin>([&](auto s) { return dermis_skin_create(on, c_scene().get(), nullptr, s); });
-        const std::vector<float> pressure = frame(scene, 1);
-        const double dt = 0.01;
-        const float* values = nullptr;
-        size_t count = 0;
-        CHECK(dermis_skin_press(skin.get(), pressure.data(), pressure.size(), &dt, 1, nullptr) == DERMIS_OK);
-        CHECK(dermis_skin_get_response(skin.get(), DERMIS_SA1, &values, &count) == DERMIS_OK);
-        return std::vector<float>(values, values + count);
-    };
-    CHECK(answer(device.get()) == answer(nullptr));
     dermis_device* none = nullptr;
     CHECK(dermis_device_open("no such device", &none) == DERMIS_BAD_INPUT);
     CHECK(none == nullptr);
@@ -345,41 +156,4 @@ TEST_CASE("every exception is a status with a message, and each thread has its o
     CHECK(dermis_last_error() == std::string("an error"));
     CHECK(guarded([] { throw std::runtime_error("another"); }) == DERMIS_INTERNAL);
     CHECK(dermis_last_error() == std::string("another"));
-}
-
-TEST_CASE("a null in place of a handle, or of what a call returns, is refused by its name") {
-    const auto scene = c_scene();
-    const auto skin = made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, scene.get(), nullptr, s); });
-    const auto result = made<dermis_result>([&](auto r) { return dermis_run(scene.get(), nullptr, r); });
-    const float* floats = nullptr;
-    const double* doubles = nullptr;
-    size_t count = 0;
-    int32_t width = 0;
-    char state = 0;
-    dermis_report report = {.size = sizeof report};
-    const auto refused = [](dermis_status status, const char* argument) {
-        CHECK(status == DERMIS_BAD_INPUT);
-        CHECK(dermis_last_error() == std::string(argument) + " = (null); allowed: a pointer");
-    };
-    refused(dermis_device_open_cpu(1, nullptr), "device");
-    refused(dermis_scene_from_file("scene.toml", nullptr), "scene");
-    refused(dermis_scene_get_size(scene.get(), &width, nullptr), "height");
-    refused(dermis_result_get_times(result.get(), &doubles, nullptr), "count");
-    refused(dermis_skin_create(nullptr, scene.get(), nullptr, nullptr), "skin");
-    refused(dermis_skin_get_response(skin.get(), DERMIS_FA1, &floats, nullptr), "count");
-    refused(dermis_skin_get_response(nullptr, DERMIS_FA1, &floats, &count), "skin");
-    refused(dermis_skin_get_state_size(skin.get(), nullptr, nullptr), "bytes");
-    refused(dermis_skin_get_state_size(nullptr, &count, nullptr), "skin");
-    refused(dermis_skin_save(nullptr, &state, 1, nullptr), "skin");
-    refused(dermis_skin_get_report(nullptr, 0, &report), "skin");
-}
-
-TEST_CASE("a column that a scene without extremes does not have is refused in C") {
-    const auto scene = c_scene();
-    REQUIRE(dermis_scene_set(scene.get(), "output.extremes", "false") == DERMIS_OK);
-    const auto result = made<dermis_result>([&](auto r) { return dermis_run(scene.get(), nullptr, r); });
-    const double* values = nullptr;
-    size_t count = 0;
-    CHECK(dermis_result_get_trace(result.get(), DERMIS_SA1, DERMIS_MAX, &values, &count) == DERMIS_BAD_INPUT);
-    CHECK(dermis_last_error() == std::string("column = 2; allowed: DERMIS_MEAN (0), without output.extremes"));
 }

@@ -50,8 +50,7 @@ Numbers run_scene(const Device& device) {
 // Three presses, with a reset, a state that is saved and one that is loaded.
 Numbers press_skin(const Device& device) {
     const SkinDescription d = small_scene(33, 20);
-    SkinOptions options;
-    options.responses = {Quantity::sa1, Quantity::fa2};
+    SkinOptions options{.responses = {Quantity::sa1, Quantity::fa2}};
     Skin skin(device, d, options);
     Numbers all;
     skin.press(frame(d, 0), 0.1);
@@ -74,8 +73,7 @@ Numbers press_skin(const Device& device) {
 Numbers press_batch(const Device& device) {
     SkinDescription d = small_scene(12, 8);
     d.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {11, 7}}};
-    SkinOptions options;
-    options.count = 3;
+    SkinOptions options{.count = 3};
     Skin skin(device, d, options);
     Numbers pressures;
     for (int pad = 0; pad < 3; ++pad) {
@@ -114,6 +112,18 @@ struct Source {
 };
 
 std::string says(const Fault& f) { return std::string(f.struck) + " failed with VkResult " + std::to_string(f.code); }
+
+// Does a work under a fault. Returns the message of the error, or nothing.
+template <class Work> std::string error_under(const Fault& fault, Error::Code code, Work&& work) {
+    shim.fault = fault;
+    try {
+        work();
+    } catch (const Error& e) {
+        CHECK(int(e.code()) == int(code));
+        return e.what();
+    }
+    return "";
+}
 
 // Ends the fault and counts what came of it. message: of the error, or empty.
 Fault judge(const std::string& message) {
@@ -162,15 +172,8 @@ template <class Work> void strike_work(const Source& source, const Fault& kind, 
             CHECK(work(*device) == right);
             objects = ledger.left().size();
         }
-        shim.fault = fault;
         Numbers got;
-        std::string message;
-        try {
-            got = work(*device);
-        } catch (const Error& e) {
-            CHECK(e.code() == Error::Code::device);
-            message = e.what();
-        }
+        const std::string message = error_under(fault, Error::Code::device, [&] { got = work(*device); });
         const Fault done = judge(message);
         struck = done.struck;
         CAPTURE(std::string(struck ? done.struck : ""));
@@ -239,15 +242,8 @@ void strike_pressing(const Source& source, Fault fault, bool loses) {
         CAPTURE(fault.before);
         if (!device) device = source.device();
         Pressing work;
-        shim.fault = fault;
         Numbers got;
-        std::string first;
-        try {
-            got = work.on(*device);
-        } catch (const Error& e) {
-            CHECK(e.code() == Error::Code::device);
-            first = e.what();
-        }
+        const std::string first = error_under(fault, Error::Code::device, [&] { got = work.on(*device); });
         const Fault done = std::exchange(shim.fault, {});
         struck = done.struck;
         CHECK((struck || fault.before > 1));
@@ -277,15 +273,8 @@ std::string strike_opening(const vulkan::Loader& loader, const Fault& fault, siz
     CAPTURE(fault.before);
     std::optional<LeftToDriver> leaks;
     if (!fault.sticky) leaks.emplace();
-    shim.fault = fault;
-    std::string message;
-    try {
-        const Device device = open_device("0", loader);
-        CHECK(device.info().exact);
-    } catch (const Error& e) {
-        CHECK(e.code() == Error::Code::no_device);
-        message = e.what();
-    }
+    const std::string message =
+        error_under(fault, Error::Code::no_device, [&] { CHECK(open_device("0", loader).info().exact); });
     const Fault done = judge(message);
     check_ledger(objects);
     return done.struck ? done.struck : "";
@@ -350,15 +339,8 @@ void strike_program(const Embedding& host, const Fault& kind) {
         const Fault fault = fault_after(before, kind);
         CAPTURE(fault.code);
         CAPTURE(fault.before);
-        shim.fault = fault;
         Numbers got;
-        std::string message;
-        try {
-            got = host();
-        } catch (const Error& e) {
-            CHECK(e.code() == Error::Code::device);
-            message = e.what();
-        }
+        const std::string message = error_under(fault, Error::Code::device, [&] { got = host(); });
         struck = judge(message).struck;
         check_ledger(objects);
         if (message.empty()) CHECK(got == right);

@@ -51,15 +51,13 @@ Scene marching() {
 SkinDescription large() { return small_scene(512, 256); } // worth two threads
 
 std::vector<float> answer(const Device& device, const SkinDescription& d, int count) {
-    SkinOptions options;
-    options.count = count;
+    SkinOptions options{.count = count};
     Skin skin(device, d, options);
     const std::vector<float> one = frame(d, 1);
     std::vector<float> all;
     for (int i = 0; i < count; ++i) all.insert(all.end(), one.begin(), one.end());
     skin.press(all, 0.1);
-    const Skin::Response r = skin.response(Quantity::fa1);
-    return {r.begin(), r.end()};
+    return answers(skin, Quantity::fa1);
 }
 
 } // namespace
@@ -70,8 +68,7 @@ TEST_CASE("a forked child that uses its parent's threads or Vulkan device gets a
         CAPTURE(name);
         const bool vulkan = std::string(name) == "vulkan";
         auto device = std::make_unique<Device>(vulkan ? Device::open("vulkan") : Device::cpu(2));
-        SkinOptions options;
-        options.count = 64;
+        SkinOptions options{.count = 64};
         auto skin = std::make_unique<Skin>(*device, d);
         auto batch = std::make_unique<Skin>(*device, pad, options);
         const std::vector<float> one = frame(d, 1), many(64 * 64 * 32, 1.0f);
@@ -109,8 +106,7 @@ TEST_CASE("a forked child makes skins and opens devices of its own, and presses 
     Skin alone(one, d);
     CHECK(status_of_child([&] {
               alone.press(frame(d, 1), 0.1);
-              const Skin::Response r = alone.response(Quantity::fa1);
-              return std::equal(r.begin(), r.end(), right.begin(), right.end());
+              return answers(alone, Quantity::fa1) == right;
           }) == 0);
     for (const bool open : {false, true})
         CHECK(status_of_child([&] {

@@ -52,6 +52,17 @@ std::string message_of(const std::exception_ptr& thrown) {
     }
 }
 
+// What a work throws when an allocation fails after so many others, if any fails.
+struct Struck {
+    bool struck = false;
+    std::exception_ptr thrown;
+};
+template <class Work> Struck struck_after(long before, bool sticky, Work&& work) {
+    FailingAllocation failing(before, sticky);
+    std::exception_ptr thrown = thrown_by(work);
+    return {failing.struck(), std::move(thrown)};
+}
+
 // Counts a failure and checks what came of it. Returns whether it was an error.
 bool judge(const std::exception_ptr& thrown, bool sticky) {
     ++figures.failures;
@@ -84,13 +95,7 @@ template <class Work> void starve(const char* name, Work&& work, long at_night =
             CAPTURE(before);
             got.clear();
             const long left = allocations_left();
-            std::exception_ptr thrown;
-            bool struck = false;
-            {
-                FailingAllocation failing(before, sticky);
-                thrown = thrown_by([&] { work(got); });
-                struck = failing.struck();
-            }
+            auto [struck, thrown] = struck_after(before, sticky, [&] { work(got); });
             ++calls;
             if (struck && judge(thrown, sticky)) {
                 thrown = nullptr;
@@ -320,13 +325,7 @@ TEST_CASE("a call that runs out of memory leaves every byte of a skin's state, a
             const Bytes after = saved(right);
             for (long k = 0;; ++k) {
                 Skin skin = starving.made();
-                std::exception_ptr thrown;
-                bool struck = false;
-                {
-                    FailingAllocation failing(k, false);
-                    thrown = thrown_by([&] { starving.call(which, skin); });
-                    struck = failing.struck();
-                }
+                const auto [struck, thrown] = struck_after(k, false, [&] { starving.call(which, skin); });
                 CAPTURE(bits);
                 CAPTURE(which);
                 CAPTURE(k);

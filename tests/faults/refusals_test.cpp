@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every refusal of a scene that scene_test.cpp leaves out, word for word: the key, its value and what is allowed.
+// Every refusal of a scene that scene_test.cpp and the list of keys (keys_test.cpp) leave out, word for word: the key,
+// its value and what is allowed.
 #include "host/lab/scenes/scene.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
@@ -17,10 +18,9 @@ struct Refused {
 const std::string two = "[grid]\nwidth = 2\nheight = 2\n", units = "[grid]\nspacing = 1e-3\n";
 const std::string frames = two + "[load]\nkind = \"sequence\"\npath = \"frames.npy\"\n";
 const std::string chain = "[material]\nelements = [{ modulus = 1, viscosity = 1 }]\n";
-const std::string lengths = units + "[material]\nmodulus = 1\nviscosity = 1\n";
 const std::string table = "[load]\nenvelope = \"table\"\n", sine = "[load]\nenvelope = \"sine\"\n";
 const std::string wave = "[surface]\nkind = \"wave\"\n", positive = "; allowed: a finite number > 0";
-const std::string any_finite = "; allowed: a finite number", least_0 = "; allowed: a finite number >= 0";
+const std::string any_finite = "; allowed: a finite number";
 
 // Files that the scenes name.
 void write_files(const Folder& folder) {
@@ -73,15 +73,7 @@ TEST_CASE("what a sequence, an envelope and a time cannot be is refused word for
          {two + "[load]\nkind = \"file\"\npath = \"shape.npy\"",
           "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of numbers, "
           "shape (2, 2)"},
-         {sine + "phase = nan", "3: load.phase = nan; allowed: -1e9..1e9"},
-         {sine + "phase = 1e17", "3: load.phase = 1e+17; allowed: -1e9..1e9"},
-         {sine + "mean = nan", "3: load.mean = nan" + any_finite},
-         {sine + "amplitude = inf", "3: load.amplitude = inf" + any_finite},
-         {"[load]\nenvelope = \"pulse\"\nlength = 0", "3: load.length = 0" + positive},
-         {table + "times = [-1]\nvalues = [1]", "3: load.times = -1" + least_0},
-         {table + "times = [1]\nvalues = [nan]", "4: load.values = nan" + any_finite},
-         {table + "times = [1, 1, 1]\nvalues = [1, 2, 3]", "3: load.times = 1; allowed: each time at most twice"},
-         {"tolerance = 0", "1: tolerance = 0" + positive}});
+         {table + "times = [1, 1, 1]\nvalues = [1, 2, 3]", "3: load.times = 1; allowed: each time at most twice"}});
 }
 
 TEST_CASE("what a surface, its lengths and its material cannot be is refused word for word") {
@@ -92,33 +84,20 @@ TEST_CASE("what a surface, its lengths and its material cannot be is refused wor
     for (int i = 0; i < 9; ++i) nine += element;
     check(
         folder,
-        {{lengths + "thickness = 1\ncurvature_length = 1\n[surface]\nrelief = 0", "9: surface.relief = 0" + positive},
-         {lengths + "thickness = -1\ncurvature_length = 1\n[surface]\nrelief = 1",
-          "6: material.thickness = -1" + least_0},
-         {lengths + "thickness = 1\ncurvature_length = inf\n[surface]\nrelief = 1",
-          "7: material.curvature_length = inf" + any_finite},
-         {units + "[surface]\nrelief = 1\n[material]\nthickness = 1\ncurvature_length = 1",
+        {{units + "[surface]\nrelief = 1\n[material]\nthickness = 1\ncurvature_length = 1",
           "5: material.modulus = (not given); allowed: material.modulus in Pa and material.viscosity in Pa s, required "
           "with grid.spacing; or material.elements, material.relaxation, or preset = \"fingertip\""},
-         {wave + "ridges = inf", "3: surface.ridges = inf" + any_finite},
-         {wave + "noise_length = 0", "3: surface.noise_length = 0" + positive},
          {wave + "ridge_period = 1", "3: surface.ridge_period = 1; allowed: only with grid.spacing"},
          {units + wave + "ridges = 2\nridge_period = 1",
           "5: surface.ridges = 2; allowed: not beside surface.ridge_period"},
-         {units + wave + "ridge_period = -1", "5: surface.ridge_period = -1" + positive},
          {"[grid]\nspacing = 1e300\n" + wave + "ridge_period = 1e-300",
           "5: surface.ridge_period = 1e-300; allowed: a period whose ridges can be counted"},
-         {"[material]\nelements = [{ modulus = -1, viscosity = 1 }]", "2: material.elements[0].modulus = -1" + least_0},
-         {"[material]\nelements = [{ modulus = 1, viscosity = -1 }]",
-          "2: material.elements[0].viscosity = -1" + least_0},
          {"[material]\nelements = [" + element + "{ modulus = 0, viscosity = 0 }]",
           "2: material.elements[1].viscosity = 0; allowed: > 0 where its modulus is 0"},
          {"[material]\nelements = [" + nine + "]", "2: material.elements = (9 elements); allowed: 1 to 8, with "
                                                    "material.spring and material.dashpot beside them"},
          {"[material]\nelements = []", "2: material.elements = []; allowed: 1 to 8, with material.spring and "
                                        "material.dashpot beside them"},
-         {chain + "spring = 0", "3: material.spring = 0" + positive},
-         {chain + "dashpot = 0", "3: material.dashpot = 0" + positive},
          {"method = \"euler\"\n" + chain + "spring = 2",
           "4: material.spring = 2; allowed: no spring but with method = \"exact\""},
          {"method = \"euler\"\n[material]\nelements = [" + element + "{ modulus = 1, viscosity = 0 }]",
@@ -154,7 +133,6 @@ TEST_CASE("what receptors and outputs cannot be, and values of another kind, are
           "decimals with a point"},
          {sites + "\"none.csv\"",
           "5: sites.path = \"{}none.csv\": holds no site; allowed: lines such as sa1,12,40 below the names"},
-         {units + "[sites.density]\nsa1 = -1", "4: sites.density.sa1 = -1" + least_0},
          {"[grid]\nspacing = 1\n[sites.density]\nsa1 = 1e9",
           "4: sites.density.sa1 = 1e+09; allowed: at most 1e8 sites of a class"},
          {"[output]\nfields = [{ at = 1, what = [\"indentation\"] }]",
@@ -193,6 +171,8 @@ TEST_CASE("what no file can say is refused word for word in a Scene made by hand
     };
     CHECK(why([&](Scene& s) { in_series(s), s.material.modulus = 2; }) ==
           "material.modulus = 2; allowed: not beside material.elements");
+    CHECK(why([&](Scene& s) { in_series(s), s.material.viscosity = 2; }) ==
+          "material.viscosity = 2; allowed: not beside material.elements");
     CHECK(why([&](Scene& s) { in_series(s), s.material.modulus_map.edit().assign(12, 1); }) ==
           "material.modulus = (a map); allowed: not beside material.elements, which take maps of their own");
     CHECK(why([&](Scene& s) { in_series(s), s.material.elements[0].modulus_map.edit().assign(11, 1); }) ==
@@ -227,8 +207,6 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
     check(
         folder,
         {{grating + "direction = 1", "1: load.grating.wavelength = (not given); allowed: a finite number > 0"},
-         {grating + "wavelength = 0", "2: load.grating.wavelength = 0" + positive},
-         {waves + "direction = nan", "3: load.grating.direction = nan; allowed: -1e9..1e9"},
          {waves + "velocity = inf",
           "3: load.grating.velocity = inf; allowed: at most 1e9 times load.grating.wavelength within time.duration"},
          {waves + "amplitudes = []", "3: load.grating.amplitudes = 0; allowed: 1 to 16 numbers, one for each harmonic"},
@@ -243,9 +221,6 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
           "\"depth\""},
          {"[load]\nenvelope = \"ramp\"\n[load.window]\nstart = 1",
           "3: load.window = (given); allowed: only with load.envelope = \"sine\" or a step from t = 0 on"},
-         {window + "start = -1", "4: load.window.start = -1" + least_0},
-         {window + "rise = -1", "4: load.window.rise = -1" + least_0},
-         {window + "fall = -1", "4: load.window.fall = -1" + least_0},
          {window + "fall = 1", "4: load.window.fall = 1; allowed: only with load.window.until"},
          {"[load.taxels]\nspacing = 1", "1: load.taxels = (given); allowed: only with load.kind = \"sequence\""},
          {taxels, "8: load.taxels.spacing = (not given); allowed: a finite number > 0"},
@@ -283,14 +258,10 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
 TEST_CASE("what crests, indenters, several loads and nerve fibres cannot be is refused word for word") {
     const Folder folder;
     write_files(folder);
-    const std::string other = "[[load]]\n[[load]]\n", fibre = "[afferents]\ncells = [[1, 1]]\n",
-                      pressed = lengths + "thickness = 1\ncurvature_length = 0\n[surface]\nrelief = 1\n[load]\n";
+    const std::string other = "[[load]]\n[[load]]\n", fibre = "[afferents]\ncells = [[1, 1]]\n";
     check(folder,
-          {{"[load]\ncontact_share = 0.2", "2: load.contact_share = 0.2; allowed: only with load.contact = \"crests\""},
-           {wave + "[load]\ncontact = \"crests\"\ncontact_length = 1000",
+          {{wave + "[load]\ncontact = \"crests\"\ncontact_length = 1000",
             "5: load.contact_length = 1000; allowed: at most the longer side of the grid"},
-           {pressed + "kind = \"punch\"\ncontrol = \"depth\"\nradius_y = 0",
-            "13: load.radius_y = 0; allowed: whole cells, 1..65536"},
            {"[load]\ncontrol = \"depth\"",
             "1: load.intensity = 1; allowed: only with grid.spacing where it is a depth in m"},
            {other + "[receptors]\nfollow = { sa1 = \"stress\" }\n" + chain + "spring = 1",
@@ -298,16 +269,9 @@ TEST_CASE("what crests, indenters, several loads and nerve fibres cannot be is r
            {other + "envelope = \"ramp\"\nrise = 0", "1: load[1].rise = 0" + positive},
            {two + "[[load]]\n[[load]]\nkind = \"sequence\"\npath = \"frames.npy\"\ninterval = 0.1",
             "4: load[1].kind = (frames); allowed: a map times an envelope with several loads"},
-           {fibre + "time_constants = [0]", "1: afferents[0].time_constants = 0" + positive},
-           {fibre + "frequency = 0\nquality = 1", "1: afferents[0].frequency = 0" + positive},
-           {fibre + "frequency = 1\nquality = 0", "1: afferents[0].quality = 0" + positive},
            {fibre + "time_constants = [1, 1, 1, 1]",
             "1: afferents[0].time_constants = 4 numbers; allowed: 1 to 3 poles: one for each time constant, two for a "
             "frequency"},
-           {fibre + "value = nan", "1: afferents[0].value = nan" + any_finite},
-           {fibre + "rate = inf", "1: afferents[0].rate = inf" + any_finite},
            {fibre + "gains = [[nan, 0]]", "1: afferents[0].gains = nan" + any_finite},
-           {fibre + "refractory_time = 0", "1: afferents[0].refractory_time = 0" + positive},
-           {fibre + "after = [{ amplitude = inf, time = 1 }]", "1: afferents[0].after.amplitude = inf" + any_finite},
            {fibre + "after = [1]", "3: afferents.after = 1; allowed: tables { amplitude = .., time = .. }"}});
 }

@@ -18,8 +18,7 @@ std::unique_ptr<Skin> skin_of(int variant) {
         s.material.spring = 5;
     }
     if (variant & 2) s.sites = {{Quantity::sa1, {1, 0}}, {Quantity::fa2, {2, 1}}};
-    SkinOptions options;
-    options.precision = variant & 4 ? Precision::f32 : Precision::f32_compensated;
+    SkinOptions options{.precision = variant & 4 ? Precision::f32 : Precision::f32_compensated};
     return std::make_unique<Skin>(Device::cpu(1), s, options);
 }
 

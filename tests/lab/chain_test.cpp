@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
-// labels: device threads long
-// Elements in series, against numbers of their closed form in 50 digits and against superposition.
-#include "tests/oracle/exact.hpp"
-#include "tests/oracle/scene_files.hpp"
+// Elements in series, against numbers of their closed form in 50 digits. The suite `planner` draws chains against their
+// superposition, and the suites `ways` and `backends` compare their bits.
 #include "tests/support.hpp"
 
-#include <bit>
 #include <filesystem>
 #include <fstream>
 
@@ -131,208 +128,21 @@ TEST_CASE(
     CHECK(error(Method::sdirk2, 0.001) < error(Method::backward_euler, 0.001) / 4);
 }
 
-namespace {
-
-// A small skin of three elements. spring, dashpot: with these in series. maps: the moduli differ from cell to cell.
-Scene skin_of_three(bool spring, bool dashpot, bool maps) {
-    Scene s = small_scene(13, 11);
-    s.surface.kind = Surface::Kind::map;
-    for (int i = 0; i < 143; ++i) s.surface.map.edit().push_back(0.5 + 0.3 * std::sin(1.3 * i));
-    s.material.elements = {{2, 0.02}, {1, 0.3}, {0.5, 4}};
-    for (int i = 0; maps && i < 143; ++i) {
-        s.material.elements[0].modulus_map.edit().push_back(2 + i % 3);
-        s.material.elements[2].viscosity_map.edit().push_back(4 + i % 2);
-    }
-    if (spring) s.material.spring = 3;
-    if (dashpot) s.material.dashpot = 30;
-    s.receptors.fa2 = Fa2::step_mean;
-    s.load.kind = Load::Kind::map;
-    for (int i = 0; i < 143; ++i) s.load.map.edit().push_back(std::cos(0.4 * i));
-    s.time = {0.05, 1};
-    s.output.probes = {{6, 5}, {0, 10}};
-    s.output.fields = {{0.37, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}}};
-    return s;
-}
-
-// Turns the load into a sequence, written to a file that is removed with the object.
-class Frames {
-  public:
-    // meets_rest: frame 0 is 0 everywhere.
-    Frames(oracle::Case& c, double interval, bool meets_rest = false) {
-        for (int k = 0; k < 6; ++k) {
-            std::vector<double>& frame = c.frames.emplace_back();
-            for (int i = 0; i < c.scene.grid.width * c.scene.grid.height; ++i)
-                frame.push_back(meets_rest && k == 0 ? 0 : std::sin(0.7 * i + k) + 0.1 * k);
-        }
-        oracle::write_frames(path_, c.scene.grid, c.frames);
-        c.scene.load = {};
-        c.scene.load.kind = Load::Kind::sequence;
-        c.scene.load.path = path_;
-        c.scene.load.interval = interval;
-    }
-    ~Frames() { std::filesystem::remove(path_); }
-
-  private:
-    const std::string path_ = temporary("chain_frames.npy").string();
-};
-
-} // namespace
-
-TEST_CASE("marches, sites and fields of a chain are its superposition, under envelopes and between frames") {
-    const std::vector<Site> sites = {
-        {Quantity::sa1, {3, 2}}, {Quantity::sa2, {0, 0}}, {Quantity::fa1, {12, 5}}, {Quantity::fa2, {2, 4}}};
-    for (bool spring : {false, true})
-        for (bool maps : {false, true})
-            for (int load = 0; load < 4; ++load) {
-                CAPTURE(spring);
-                CAPTURE(maps);
-                CAPTURE(load);
-                oracle::Case c;
-                c.scene = skin_of_three(spring, !spring, maps);
-                Scene& s = c.scene;
-                Envelope& e = s.load.envelope;
-                e.kind = load == 1 ? Envelope::Kind::sine : load == 2 ? Envelope::Kind::pulse : Envelope::Kind::step;
-                if (load != 1) e.start = 0.12;
-                e.length = 0.21, e.period = 0.5;
-                if (spring && load == 2) s.receptors.sa2_adaptation = 0.2;
-                std::optional<Frames> frames;
-                if (load == 3) frames.emplace(c, 0.2);
-                const oracle::Exact exact = oracle::exact(c);
-                for (const auto& [precision, error] :
-                     {std::pair{Precision::f64, 2e-13}, {Precision::f32, 2e-5}, {Precision::f32_compensated, 2e-5}}) {
-                    s.model = Model::march;
-                    s.precision = precision;
-                    const Result r = run(s, Device::cpu());
-                    CHECK(oracle::distance(exact, s, r).value < error);
-                }
-                s.precision = {};
-                s.model = {};
-                s.sites = sites;
-                s.output = {{}, {}, {}};
-                const Result r = run(s, Device::cpu());
-                CHECK(r.model == Model::sites);
-                CHECK(oracle::distance(oracle::exact(c), s, r).value < 2e-13);
-            }
-}
-
-TEST_CASE("a march of a chain has the same bits on CPU and Vulkan, for every stencil, edge, precision and load") {
-    const Validated vulkan;
-    RunOptions check;
-    check.check = true;
-    for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
-                                  {Stencil::five_point, Edges::periodic},
-                                  {Stencil::fourth_order, Edges::periodic},
-                                  {published_stencil, published_edges}})
-        for (int variant = 0; variant < 8; ++variant) {
-            // By day half of the variants: any two of the three choices occur in all four ways.
-            if (!night() && (std::popcount(unsigned(variant)) + int(edges)) % 2) continue;
-            CAPTURE(int(stencil));
-            CAPTURE(variant);
-            oracle::Case c;
-            c.scene = skin_of_three(variant & 1, variant & 2, variant & 2);
-            c.scene.stencil = stencil;
-            c.scene.edges = edges;
-            c.scene.output.fields.push_back({0.5, {Quantity::curvature, Quantity::deformation}});
-            std::optional<Frames> frames;
-            if (variant & 4) frames.emplace(c, 0.2);
-            check.precision = variant & 1 ? Precision::f32 : Precision::f32_compensated;
-            const Result r = run(c.scene, vulkan.device(), check);
-            CHECK(r.cells_compared > 20 * 143 * 5);
-            CHECK(r.cells_different == 0);
-        }
-}
-
-TEST_CASE("a skin of a chain, its sites and a run of its frames have the same bits; a spring has FA2 by its own rate") {
-    const Validated vulkan;
-    for (bool spring : {false, true})
-        for (Edges edges : {Edges::mirror, Edges::periodic})
-            for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
-                oracle::Case c;
-                c.scene = skin_of_three(spring, true, spring);
-                Scene& s = c.scene;
-                s.edges = edges;
-                const Frames frames(c, 0.05, true);
-                s.output.fields.clear();
-                for (int n = 1; n < 6; ++n)
-                    s.output.fields.push_back({0.05 * n, {std::begin(all_responses), std::end(all_responses)}});
-                s.model = Model::march;
-                s.precision = precision;
-                const Result r = run(s, Device::cpu());
-                SkinOptions options;
-                options.precision = precision;
-                SkinDescription d = s, with_sites = s;
-                for (int i = 0; i < 40; ++i)
-                    with_sites.sites.push_back({all_responses[i % 4], {i * 5 % 13, i * 7 % 11}});
-                Skin fields[] = {{Device::cpu(1), d, options}, {vulkan.device(), d, options}};
-                Skin sites[] = {{Device::cpu(1), with_sites, options}, {vulkan.device(), with_sites, options}};
-                const auto pressed = [&](Skin& skin, size_t n) {
-                    skin.press(std::vector<float>(c.frames[n].begin(), c.frames[n].end()), 0.05);
-                };
-                for (size_t n = 1; n < 6; ++n) {
-                    for (Skin& skin : fields) pressed(skin, n);
-                    for (Skin& skin : sites) pressed(skin, n);
-                    std::map<Quantity, size_t> next;
-                    for (const Site& site : with_sites.sites) {
-                        const size_t cell = size_t(site.cell.y * 13 + site.cell.x), k = next[site.type]++;
-                        for (Skin& skin : sites)
-                            CHECK(skin.response(site.type)[k] == fields[0].response(site.type)[cell]);
-                    }
-                    for (size_t q = 0; q < 4; ++q)
-                        for (size_t i = 0; i < 143; ++i) {
-                            CHECK(fields[1].response(all_responses[q])[i] == fields[0].response(all_responses[q])[i]);
-                            CHECK(double(fields[0].response(all_responses[q])[i]) ==
-                                  r.fields[(n - 1) * 4 + q].values[i]);
-                        }
-                }
-            }
-}
-
-TEST_CASE("a pause keeps every strain of a chain, that of a spring too, and the rate that its FA2 is taken from") {
-    SkinDescription d;
-    d.grid = {1, 1, {}};
-    d.material.elements = {{2, 0.02}, {1, 0.3}};
-    d.material.spring = 4;
-    SkinOptions options;
-    options.precision = Precision::f32; // a compensated sum may take what it has carried along into its last place
-    Skin paused(Device::cpu(), d, options), through(Device::cpu(), d, options);
-    for (float p : {1.0f, 3.0f, 2.5f}) {
-        for (Skin* skin : {&paused, &through}) skin->press({p}, 0.01);
-        const float strain = paused.response(Quantity::sa1)[0];
-        for (Quantity q : all_responses) CHECK(paused.response(q)[0] == through.response(q)[0]);
-        paused.press({p}, 0);
-        CHECK(paused.response(Quantity::sa1)[0] == strain);
-    }
-}
-
-TEST_CASE("what does not take a chain says so: other methods, FA2's density, numbers and maps that cannot be") {
+TEST_CASE(
+    "what does not take a chain says so: a step beyond its fastest element, a spring alone, a map that cannot be") {
     const auto refused = [](auto change) {
         Scene s = small_scene(8, 8);
         s.material.elements = {{2, 0.02}, {1, 0.3}};
         change(s);
-        return refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); });
+        return refusal(Error::Code::bad_input, [&] { run(s); });
     };
     const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
-    CHECK(has(refused([](Scene& s) { s.method = Method::published; }), "another one with material.elements"));
-    CHECK(has(refused([](Scene& s) {
-                  s.method = Method::rk4;
-                  s.receptors.fa2 = Fa2::step_mean;
-                  s.material.spring = 3;
-              }),
-              "no spring but with method = \"exact\""));
     CHECK(has(refused([](Scene& s) { // the fastest element of 10 ms
                   s.method = Method::euler;
                   s.time.step = 0.03;
               }),
               "at most 2*viscosity/modulus = 0.02"));
-    CHECK(has(refused([](Scene& s) { s.material.spring = 3, s.receptors.fa2 = Fa2::point; }),
-              "no spring for FA2 as a density"));
-    CHECK(has(refused([](Scene& s) { s.material.elements.resize(9, {1, 1}); }), "(9 elements)"));
     CHECK(has(refused([](Scene& s) { s.material.elements.clear(), s.material.spring = 3; }), "(0 elements)"));
-    CHECK(has(refused([](Scene& s) { s.material.elements[1] = {0, 0}; }), "elements[1].viscosity = 0"));
-    CHECK(has(refused([](Scene& s) { s.material.elements[0].modulus = -1; }), "elements[0].modulus = -1"));
-    CHECK(has(refused([](Scene& s) { s.material.dashpot = 0; }), "material.dashpot = 0"));
-    CHECK(has(refused([](Scene& s) { s.material.modulus_map.edit().assign(64, 1); }), "not beside material.elements"));
-    CHECK(has(refused([](Scene& s) { s.material.elements[1].modulus_map.edit().assign(63, 1); }), "63"));
     CHECK(has(refused([](Scene& s) {
                   s.material.elements[1].viscosity_map.edit().assign(64, 1);
                   s.material.elements[1].viscosity_map.edit()[9] = -2;
@@ -359,19 +169,4 @@ TEST_CASE("a scene file's relaxation is the chain that relaxes so, and stands al
     CHECK(refused(relaxation + "modulus = 1\n" + mean).find("material.relaxation") != std::string::npos);
     CHECK(refused("[material]\nrelaxation = { moduli = [1], times = [0] }\n").find("relaxation.times[0] = 0") !=
           std::string::npos);
-}
-
-TEST_CASE("a scene file names elements, spring and dashpot, and not a modulus beside them") {
-    const std::string good =
-        "[material]\nelements = [{ modulus = 2e6, viscosity = 8e3 }, { modulus = 5e5, viscosity = 7e5 }]\n"
-        "spring = 4e6\ndashpot = 2e7\n";
-    const std::string mean = "[receptors]\nfa2 = \"step-mean\"\n";
-    const Material m = read(good + mean).material;
-    REQUIRE(m.elements.size() == 2);
-    CHECK(m.elements[1].viscosity == 7e5);
-    CHECK(*m.spring == 4e6);
-    CHECK(*m.dashpot == 2e7);
-    const auto refused = [](const std::string& text) { return refusal(Error::Code::bad_input, [&] { read(text); }); };
-    CHECK(refused(good + "modulus = 1\n").find("not beside material.elements") != std::string::npos);
-    CHECK(refused("[material]\nelements = [{ modulus = 2, viscocity = 1 }]\n").find("viscosity") != std::string::npos);
 }

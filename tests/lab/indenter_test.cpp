@@ -3,10 +3,10 @@
 // What is pressed to a depth beside a round punch: elliptic punches, balls, and cells by themselves.
 #include "host/lab/output/output.hpp"
 #include "tests/oracle/real.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 
 using namespace test;
@@ -58,12 +58,9 @@ double response_of(const Result& r, const Scene& s, size_t site, size_t n) {
 // E(t) of the preset over its end.
 double relaxed(double t) { return 1 + std::exp(-t / 0.004) + std::exp(-t / 0.07) + std::exp(-t / 1.4); }
 
-std::string depth_frames(const Grid& g, const std::vector<std::vector<double>>& frames) {
+std::string depth_frames(const Grid& grid, const std::vector<std::vector<double>>& frames) {
     const auto path = temporary("depths.npy");
-    std::ofstream out(path, std::ios::binary);
-    out << npy_header("<f8", "(" + std::to_string(frames.size()) + ", " + std::to_string(g.height) + ", " +
-                                 std::to_string(g.width) + ")");
-    for (const auto& f : frames) out.write(reinterpret_cast<const char*>(f.data()), std::streamsize(f.size() * 8));
+    oracle::write_frames(path, grid, frames);
     return path.string();
 }
 
@@ -361,29 +358,6 @@ TEST_CASE("a receptor at a depth below a ball follows the stress there, and its 
     CHECK(response_of(strain, s, 0, last) == relative(response_of(strain, s, 0, 6), 1e-12));
 }
 
-TEST_CASE("CPU and Vulkan press a ball and depths with equal bits") {
-    const Validated vulkan;
-    RunOptions check;
-    check.check = true;
-    check.precision = Precision::f32;
-    Scene s = ball(70, 5e-5, 3e-4);
-    s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 0.05};
-    s.surface = fingertip().surface;
-    s.time = {.step = 2e-3, .duration = 0.1};
-    s.output.fields = {{0.0405, {Quantity::sa1, Quantity::fa1}}};
-    Scene cells = s;
-    cells.load = {.kind = Load::Kind::sequence, .interval = 0.01, .control = Control::depth};
-    std::vector<double> depths;
-    for (int i = 0; i < 70 * 70; ++i) depths.push_back(1e-4 * std::sin(0.01 * i));
-    cells.load.path = depth_frames(s.grid, {depths, std::vector<double>(70 * 70, 1e-4), depths});
-    for (const Scene& scene : {s, cells}) {
-        const Result r = run(scene, vulkan.device(), check);
-        CHECK(r.cells_compared > 0);
-        CHECK(r.cells_different == 0);
-    }
-    std::filesystem::remove(cells.load.path);
-}
-
 TEST_CASE("a scene file presses ellipses, balls and depths") {
     const std::string begin = "preset = \"fingertip\"\n[load]\ncontrol = \"depth\"\n",
                       output = "[output]\ntraces = [\"sa1\"]\n";
@@ -396,65 +370,39 @@ TEST_CASE("a scene file presses ellipses, balls and depths") {
 }
 
 TEST_CASE("depths that have no meaning are refused by name") {
-    const auto refused = [](Scene s, auto change, const char* says) {
+    Scene base = ball(21, 2e-4, 1e-4);
+    const auto refused = [&](auto change, const char* says) {
+        Scene s = base;
         change(s);
-        const std::string why = refusal(Error::Code::bad_input, [&] { run(s); });
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+        refuses([&] { run(s); }, says);
     };
-    const Scene of_ball = ball(21, 2e-4, 1e-4);
+    refused([](Scene& s) { s.load.envelope.kind = Envelope::Kind::sine; }, "a ball only sinks");
     refused(
-        of_ball, [](Scene& s) { s.load.envelope.kind = Envelope::Kind::sine; }, "a ball only sinks");
-    refused(
-        of_ball,
         [](Scene& s) {
             s.load.envelope = {.kind = Envelope::Kind::table, .times = {0, 1}, .values = {1, 0.5}};
         },
         "load.envelope = \"table\"");
-    refused(
-        of_ball, [](Scene& s) { s.load.intensity = -1e-4; }, "load.intensity = -1e-04");
-    refused(
-        of_ball, [](Scene& s) { s.load.intensity = 6e-3; }, "at most load.ball_radius = 0.005 m");
-    refused(
-        of_ball, [](Scene& s) { s.load.ball_radius.reset(); }, "load.ball_radius = (not given)");
-    refused(
-        of_ball, [](Scene& s) { s.load.ball_radius = 0; }, "load.ball_radius = 0");
-    refused(
-        of_ball, [](Scene& s) { s.load.radius = 3; }, "load.radius = 3");
-    refused(
-        of_ball, [](Scene& s) { s.load.radius_y = 3; }, "only with load.kind = \"punch\"");
-    refused(
-        of_ball, [](Scene& s) { s.load.hold = Hold::parabolic; }, "load.hold = \"parabolic\"");
-    refused(
-        of_ball, [](Scene& s) { s.output.traces = {Quantity::fa2}; }, "leave fa2 out of [output]");
-    refused(
-        of_ball, [](Scene& s) { s.receptors.follow.sa1 = Signal::stress; }, "receptors.follow");
-    refused(
-        of_ball, [](Scene& s) { s.load.control = Control::pressure; },
-        "\"depth\" with load.kind \"punch\" or \"ball\"");
-    refused(
-        of_ball, [](Scene& s) { s.load.texture = {.map = {1}, .width = 1, .height = 1}; }, "load.texture = (given)");
-    Scene cells = flat_skin(4, 1e-3);
-    cells.load.kind = Load::Kind::map;
-    cells.load.map = std::vector<double>(16, 1e-4);
-    refused(
-        cells, [](Scene& s) { s.load.envelope = {.kind = Envelope::Kind::sine, .mean = 0.5, .amplitude = 0.6}; },
-        "\"sine\" that falls below 0");
-    refused(
-        cells, [](Scene& s) { s.load.envelope = {.kind = Envelope::Kind::table, .times = {0}, .values = {-1}}; },
-        "\"table\" that falls below 0");
-    refused(
-        cells, [](Scene& s) { s.material.thickness = 0; }, "material.thickness = 0");
-    refused(
-        cells, [](Scene& s) { s.load.ball_radius = 1; }, "only with load.kind = \"ball\"");
-    refused(
-        cells, [](Scene& s) { s.receptors.poisson = 0.3; }, "receptors.poisson = 0.3");
-    refused(
-        cells, [](Scene& s) { s.load.contact = Load::Contact::crests, s.load.contact_length = 1e-3; },
-        "\"even\" with load.control = \"depth\"");
-    refused(
-        cells, [](Scene& s) { s.method = Method::rk4; }, "\"exact\" with load.control = \"depth\"");
-    Scene pressure = cells;
-    pressure.load = {.kind = Load::Kind::sequence, .path = "none.npy", .interval = 0.1};
-    refused(
-        pressure, [](Scene& s) { s.receptors.follow.sa1 = Signal::stress; }, "where a pressure is known by frames");
+    refused([](Scene& s) { s.load.intensity = -1e-4; }, "load.intensity = -1e-04");
+    refused([](Scene& s) { s.load.intensity = 6e-3; }, "at most load.ball_radius = 0.005 m");
+    refused([](Scene& s) { s.load.ball_radius.reset(); }, "load.ball_radius = (not given)");
+    refused([](Scene& s) { s.load.radius = 3; }, "load.radius = 3");
+    refused([](Scene& s) { s.load.hold = Hold::parabolic; }, "load.hold = \"parabolic\"");
+    refused([](Scene& s) { s.output.traces = {Quantity::fa2}; }, "leave fa2 out of [output]");
+    refused([](Scene& s) { s.receptors.follow.sa1 = Signal::stress; }, "receptors.follow");
+    refused([](Scene& s) { s.load.control = Control::pressure; }, "\"depth\" with load.kind \"punch\" or \"ball\"");
+    refused([](Scene& s) { s.load.texture = {.map = {1}, .width = 1, .height = 1}; }, "load.texture = (given)");
+    base = flat_skin(4, 1e-3);
+    base.load.kind = Load::Kind::map;
+    base.load.map = std::vector<double>(16, 1e-4);
+    refused([](Scene& s) { s.load.envelope = {.kind = Envelope::Kind::sine, .mean = 0.5, .amplitude = 0.6}; },
+            "\"sine\" that falls below 0");
+    refused([](Scene& s) { s.load.envelope = {.kind = Envelope::Kind::table, .times = {0}, .values = {-1}}; },
+            "\"table\" that falls below 0");
+    refused([](Scene& s) { s.material.thickness = 0; }, "material.thickness = 0");
+    refused([](Scene& s) { s.receptors.poisson = 0.3; }, "receptors.poisson = 0.3");
+    refused([](Scene& s) { s.load.contact = Load::Contact::crests, s.load.contact_length = 1e-3; },
+            "\"even\" with load.control = \"depth\"");
+    refused([](Scene& s) { s.method = Method::rk4; }, "\"exact\" with load.control = \"depth\"");
+    base.load = {.kind = Load::Kind::sequence, .path = "none.npy", .interval = 0.1};
+    refused([](Scene& s) { s.receptors.follow.sa1 = Signal::stress; }, "where a pressure is known by frames");
 }

@@ -181,53 +181,34 @@ TEST_CASE("a preset is the starting value of every key, and a key of one's own t
     s = scene_of(tip_preset + "[surface]\nkind = \"flat\"\n");
     CHECK(*s.surface.relief == 5e-5);
     CHECK(run(s).cells_per_ridge == HUGE_VAL);
-
-    CHECK(holds(why_not("preset = \"toe\"\n"), "preset.toml:1: preset = \"toe\"; allowed: \"fingertip\""));
     CHECK(holds(why_not(tip_preset + "[material]\nmodulus = 5e4\n"), "material.viscosity = (not given)"));
-    CHECK(holds(why_not(tip_preset + "[surface]\nridges = 50\nridge_period = 1e-3\n"),
-                "not beside surface.ridge_period"));
 }
 
 TEST_CASE("a scene in metres says what it is made of; without units it has the study's material") {
     const std::string metres = "[grid]\nwidth = 20\nheight = 12\nspacing = 5e-5\n[surface]\nrelief = 5e-5\n[material]\n"
                                "thickness = 1e-3\ncurvature_length = 1e-5\n";
     const std::string needs = "required with grid.spacing; or material.elements, material.relaxation, or preset";
-    for (auto [given, missing] : {std::pair{"", "material.modulus"},
-                                  {"viscosity = 1\n", "material.modulus"},
-                                  {"modulus = 1\n", "material.viscosity"}}) {
-        const std::string why = why_not(metres + given);
-        CHECK_MESSAGE(holds(why, std::string(missing) + " = (not given)"), why);
-        CHECK_MESSAGE(holds(why, needs), why);
-    }
+    CHECK(holds(why_not(metres + "modulus = 1\n"), "material.viscosity = (not given)"));
+    CHECK(holds(why_not(metres + "modulus = 1\n"), needs));
     CHECK(scene_of(metres + "modulus = 1\nviscosity = 1\n").material.modulus == 1);
     CHECK(scene_of(metres + "elements = [{ modulus = 1, viscosity = 1 }]\n").material.elements.size() == 1);
 
     Scene s = in_metres();
-    CHECK(holds(refusal(Error::Code::bad_input, [&] { run(s); }), "material.modulus = (not given)"));
-    CHECK(holds(refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), s); }), "material.modulus = (not given)"));
+    refuses([&] { run(s); }, "material.modulus = (not given)");
+    refuses([&] { Skin(Device::cpu(1), s); }, "material.modulus = (not given)");
     s.material.modulus_map = std::vector<double>(240, 1e5);
-    CHECK(holds(refusal(Error::Code::bad_input, [&] { run(s); }), "material.viscosity = (not given)"));
+    refuses([&] { run(s); }, "material.viscosity = (not given)");
     s.material.viscosity = 1e4;
     CHECK(run(s).tau_max == 0.1);
-    CHECK(holds(refusal(Error::Code::bad_input,
-                        [&] {
-                            run(s, {s.material, Material{.thickness = 1e-3, .curvature_length = 1e-5}});
-                        }),
-                "material.modulus = (not given)"));
+    refuses(
+        [&] {
+            run(s, {s.material, Material{.thickness = 1e-3, .curvature_length = 1e-5}});
+        },
+        "material.modulus = (not given)");
 
     Scene study = small_scene(20, 12), same = study;
     same.material.modulus = 1.54, same.material.viscosity = 1;
     CHECK(run(study).trace(Quantity::sa1).mean == run(same).trace(Quantity::sa1).mean);
-}
-
-TEST_CASE("a modulus or viscosity beside elements in series is refused, in C++ too") {
-    Scene s{fingertip()};
-    s.material.modulus = 1e5;
-    CHECK(holds(refusal(Error::Code::bad_input, [&] { run(s); }),
-                "material.modulus = 1e+05; allowed: not beside material.elements"));
-    s.material.modulus.reset();
-    s.material.viscosity = 1;
-    CHECK(holds(refusal(Error::Code::bad_input, [&] { run(s); }), "material.viscosity = 1; allowed: not beside"));
 }
 
 TEST_CASE("ridges have the period asked for, on a grid of any size") {
@@ -239,21 +220,10 @@ TEST_CASE("ridges have the period asked for, on a grid of any size") {
             s.surface = {.kind = kind, .noise = 0, .relief = 5e-5, .ridge_period = 6e-4};
             CHECK(run(s).cells_per_ridge == relative(12, 1e-12));
         }
-    Scene s = small_scene(20, 12);
-    s.surface = {.kind = Surface::Kind::wave, .ridge_period = 6e-4};
-    const auto why = [&] { return refusal(Error::Code::bad_input, [&] { run(s); }); };
-    CHECK(why() == "surface.ridge_period = 6e-04; allowed: only with grid.spacing");
-    s = in_metres();
-    s.surface = {.kind = Surface::Kind::wave, .ridges = 3, .relief = 5e-5, .ridge_period = 6e-4};
-    CHECK(why() == "surface.ridges = 3; allowed: not beside surface.ridge_period");
-    s.surface.ridges.reset();
-    for (double period : {0.0, -1.0, HUGE_VAL}) {
-        s.surface.ridge_period = period;
-        CHECK(holds(why(), "surface.ridge_period = "));
-    }
+    Scene s = in_metres();
     s.surface = {.relief = 5e-5, .ridge_period = 6e-4};
-    CHECK(holds(why(), "surface.ridge_period = 6e-04; allowed: only with surface.kind \"wave\", \"spiral\" or "
-                       "\"file\""));
+    refuses([&] { run(s); }, "surface.ridge_period = 6e-04; allowed: only with surface.kind \"wave\", \"spiral\" or "
+                             "\"file\"");
 }
 
 TEST_CASE("FA2 is by default the mean over a step where a cell has a spring; a density asked for is refused") {
@@ -274,7 +244,7 @@ TEST_CASE("FA2 is by default the mean over a step where a cell has a spring; a d
         Scene s = small_scene(20, 12);
         s.material = m;
         s.receptors.fa2 = Fa2::point;
-        CHECK(holds(refusal(Error::Code::bad_input, [&] { run(s); }), "step-mean"));
+        refuses([&] { run(s); }, "step-mean");
     }
     Material some = viscous;
     some.viscosity_map = std::vector<double>(240, 0.5);

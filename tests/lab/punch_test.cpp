@@ -140,24 +140,18 @@ TEST_CASE("materials of a sweep relax as themselves below a punch") {
 TEST_CASE("a depth has the unit of a length") {
     const std::string punch = "preset = \"fingertip\"\n[load]\nkind = \"punch\"\ncontrol = \"depth\"\nintensity = ";
     CHECK(Scene::from_string(punch + "\"0.65 mm\"\n").load.intensity == doctest::Approx(6.5e-4).epsilon(1e-15));
-    const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(punch + "\"2 kPa\"\n"); });
-    CHECK_MESSAGE(why.find("load.intensity = '2 kPa'; allowed: a number in m") != std::string::npos, why);
+    refuses([&] { Scene::from_string(punch + "\"2 kPa\"\n"); }, "load.intensity = '2 kPa'; allowed: a number in m");
 }
 
 TEST_CASE("punches and followed stresses that have no meaning are refused by name") {
     const auto refused = [](auto change, const char* says) {
         Scene s = punched(31, 1e-4);
         change(s);
-        const std::string why = refusal(Error::Code::bad_input, [&] { run(s); });
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+        refuses([&] { run(s); }, says);
     };
     const auto follow = [](Scene& s) { s.receptors.follow.sa1 = Signal::stress; };
-    refused([](Scene& s) { s.load.control = Load::Control::pressure; },
-            "load.control = \"pressure\"; allowed: \"depth\"");
-    refused([](Scene& s) { s.method = Method::euler; }, "\"exact\" with load.control = \"depth\"");
     refused([](Scene& s) { s.receptors.fa2 = Fa2::point, s.output.traces = {Quantity::fa2}; },
             "\"step-mean\" with load.control");
-    refused([](Scene& s) { s.receptors.poisson = 0.6; }, "receptors.poisson = 0.6; allowed: 0..0.5");
     refused([&](Scene& s) { follow(s), s.material.dashpot = 1e6; }, "a dashpot, whose stress ends at 0");
     refused(
         [&](Scene& s) {

@@ -87,28 +87,6 @@ TEST_CASE(
     CHECK(damages == 6 * 5);
 }
 
-TEST_CASE("--resume of a single run does it again where a file is damaged, and says so of none that is whole") {
-    const Folder folder;
-    const fs::path out = folder / "out";
-    const std::string call =
-        "run " + folder.write("scene.toml", small) + " --device cpu --resume --out " + out.string();
-    const auto done_before = [&] {
-        const Outcome o = command(folder, call);
-        CHECK_MESSAGE(o.status == 0, o.err);
-        CHECK(o.err.empty());
-        return o.out.find("1 of 1 runs were done before\n") == 0;
-    };
-    CHECK_FALSE(done_before());
-    const auto whole = contents(out);
-    for (const auto& [name, content] : whole) {
-        CAPTURE(name);
-        CHECK(done_before());
-        fs::resize_file(out / name, fs::file_size(out / name) - 3);
-        CHECK_FALSE(done_before());
-        CHECK(contents(out) == whole);
-    }
-}
-
 TEST_CASE("--resume does a run again where scene, keys, options, version or commit differ") {
     const Resumed sweep;
     CHECK(sweep.kept("material.modulus=1,3,2") == "1");

@@ -2,6 +2,7 @@
 // labels: device threads command
 // Receptor populations: drawn, read, and answering what the field has in their cells.
 #include "tests/command.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>
@@ -65,14 +66,9 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
 TEST_CASE("sites under a sequence see their frames") {
     Scene s = small_scene(16, 16);
     const auto path = temporary("sites.npy");
-    {
-        std::ofstream out(path, std::ios::binary);
-        out << npy_header("<f8", "(3, 16, 16)");
-        for (int i = 0; i < 3 * 256; ++i) {
-            const double p = std::sin(i);
-            out.write(reinterpret_cast<const char*>(&p), 8);
-        }
-    }
+    std::vector<std::vector<double>> frames(3, std::vector<double>(256));
+    for (int i = 0; i < 3 * 256; ++i) frames[size_t(i / 256)][size_t(i % 256)] = std::sin(i);
+    oracle::write_frames(path, s.grid, frames);
     s.load.kind = Load::Kind::sequence;
     s.load.path = path.string();
     s.load.interval = 0.1;
@@ -113,10 +109,9 @@ TEST_CASE("a population has the densities asked for, anywhere alike, and is the 
     const std::vector<Site> other = population(g, {}, 2), few = population(g, {1, 0, 0, 0});
     CHECK(other[0].cell.x != sites[0].cell.x);
     CHECK(few.size() == 2);
-    CHECK(refusal(Error::Code::bad_input, [&] { population(g, {-1}); }).find("sites.density.sa1 = -1") !=
-          std::string::npos);
+    refuses([&] { population(g, {-1}); }, "sites.density.sa1 = -1");
     g.spacing.reset();
-    CHECK(refusal(Error::Code::bad_input, [&] { population(g); }).find("grid.spacing") != std::string::npos);
+    refuses([&] { population(g); }, "grid.spacing");
 }
 
 TEST_CASE("receptors alone are served by sites, however many they are, whether the strain is a product or not") {
@@ -134,11 +129,9 @@ TEST_CASE("receptors alone are served by sites, however many they are, whether t
     }
     s.output.traces = {Quantity::sa1};
     s.model = Model::sites;
-    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("traces or fields") !=
-          std::string::npos);
+    refuses([&] { run(s, Device::cpu()); }, "traces or fields");
     s.sites[3].cell.x = 30;
-    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("sites[3] = [30, ") !=
-          std::string::npos);
+    refuses([&] { run(s, Device::cpu()); }, "sites[3] = [30, ");
 }
 
 TEST_CASE("the receptors of a run are a list of receptors, whatever program has written it again") {
@@ -202,9 +195,7 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
           {"type,x,y\nsa1,1,1\nsa1,20,1\n",
            "list.csv\":3: x = 20; allowed: a cell of the grid, a whole number in 0..19"},
           {"type,x,y\nsa1,1,-1\n", "list.csv\":2: y = -1; allowed: a cell of the grid"}})
-        CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_file(scene(list)); }).find(says) != std::string::npos);
-    CHECK(refusal(Error::Code::bad_input, [&] {
-              Scene::from_file(scene("type,x,y\nsa1,1,1\n", "seed = 3\n"));
-          }).find("sites.path") != std::string::npos);
+        refuses([&] { Scene::from_file(scene(list)); }, says);
+    refuses([&] { Scene::from_file(scene("type,x,y\nsa1,1,1\n", "seed = 3\n")); }, "sites.path");
     std::filesystem::remove_all(folder);
 }

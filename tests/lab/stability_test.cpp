@@ -21,8 +21,7 @@ std::vector<double> under_load(Method method, double z, int steps, Precision pre
     s.material = {E, 1, {}, {}};
     s.time = {z / E, (steps + 1) * z / E};
     s.output.traces = {Quantity::strain};
-    RunOptions options;
-    options.precision = precision;
+    RunOptions options{.precision = precision};
     std::vector<double> strain = run(s, Device::cpu(1), options).trace(Quantity::strain).mean;
     strain.erase(strain.begin());
     return strain;
@@ -224,37 +223,6 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the exact method holds a chain's closed form at any step, from a quarter of the fastest element's time to "
-          "2500 of it") {
-    Scene s = stiff_scene(stiff_chain, Method::exact, 1, 1);
-    s.material.spring = 4e6;
-    s.material.dashpot = 2e7;
-    struct Row {
-        double time, strain, rate; // in 50 digits, rounded
-    };
-    Envelope held, ramp;
-    ramp.kind = Envelope::Kind::ramp;
-    ramp.rise = 0.05;
-    const std::vector<Row> of_held = {{0.1, 1.6532234041432347e-6, 4.8036759219099654e-6},
-                                      {1, 2.8209160560111428e-6, 7.4935415472351798e-7},
-                                      {10, 4.2484190193537601e-6, 5.1129271890171381e-8}};
-    const std::vector<Row> of_ramp = {{0.1, 1.5081257571457315e-6, 6.40197631543028e-6},
-                                      {1, 2.80197212779063e-6, 7.6199657434177507e-7},
-                                      {10, 4.2471404484412898e-6, 5.1149679684792996e-8}};
-    for (const auto& [envelope, rows] : {std::pair{held, of_held}, {ramp, of_ramp}})
-        for (const Row& row : rows)
-            for (int steps : {1, 3, 10, 100, 10000}) {
-                if (row.time / steps < 0.001) continue;
-                CAPTURE(row.time);
-                CAPTURE(steps);
-                s.load.envelope = envelope;
-                s.time = {row.time / steps, row.time * (1 + 0.5 / steps)};
-                const Creep found = last_of(s);
-                CHECK(off(found.strain, row.strain) < 1e-12);
-                CHECK(off(found.rate, row.rate) < 1e-12);
-            }
-}
-
 TEST_CASE("an implicit method blurs the fast element of a chain at steps far beyond its time, though the slow one is "
           "right; Crank-Nicolson rings there; the exact method does neither") {
     for (double step : {0.01, 0.04, 0.16, 0.64}) { // 2.5 to 160 of the fastest time
@@ -304,60 +272,13 @@ TEST_CASE("baselines keep E*integral(eps) + eta*eps = integral(sigma), whatever 
     }
 }
 
-TEST_CASE("1 - exp(-z) in float loses the cell at small z, the polynomial does not; affine and sum forms lose what "
-          "increments keep") {
-    const float z = 1e-8f;
-    CHECK((1 - std::exp(-z)) / z == 0); // the cell never moves
-    CHECK(model::phi(1e-8).p1 == relative(1 - 0.5e-8, 1e-15));
-
-    // strain under a held load at z = 1e-6 for 1e6 steps: a*eps + b*sigma against eps + b*(sigma - E*eps)
-    const float a = float(std::exp(-1e-6)), b = float(-std::expm1(-1e-6));
-    float affine = 0, increment = 0;
-    for (int n = 0; n < 1000000; ++n) {
-        affine = a * affine + b;
-        increment = increment + b * (1 - increment);
-    }
-    const double exact = -std::expm1(-1.0);
-    CHECK(std::abs(affine / exact - 1) == relative(3.31e-3, 1e-3));
-    CHECK(std::abs(increment / exact - 1) < 2e-3);
-
-    // ridges of 128 cells on an offset of 1e4: W + E + N + S - 4c against differences
-    double sum_error = 0, difference_error = 0, size = 0;
+TEST_CASE("a small step moves a cell, and ridges on an offset of 1e4 lose nothing in a second difference") {
+    CHECK(model::phi(1e-8).p1 == relative(1 - 0.5e-8, 1e-15)); // in float 1 - exp(-z) is 0
     for (int x = 1; x < 400; ++x) {
         const auto ridge = [](int i) { return float(1e4 + std::sin(2 * 3.14159265358979 * i / 128)); };
         const float w = ridge(x - 1), c = ridge(x), e = ridge(x + 1);
-        const double truth = double(w) - 2.0 * c + e; // of the rounded input
-        const float sum = w + e + c + c - 4 * c, difference = dermis::f32::second_difference(w, c, e);
-        sum_error += (sum - truth) * (sum - truth);
-        difference_error += (difference - truth) * (difference - truth);
-        size += truth * truth;
+        CHECK(double(dermis::f32::second_difference(w, c, e)) == double(w) - 2.0 * c + e); // of the rounded input
     }
-    CHECK(std::sqrt(sum_error / size) > 0.5);
-    CHECK(difference_error == 0);
-}
-
-TEST_CASE("FA2 by differencing FA1 gets worse as the step shrinks, the method's own does not") {
-    const auto errors = [](double dt) {
-        Scene s;
-        s.model = Model::march;
-        s.grid = {1, 1, {}};
-        s.load.kind = Load::Kind::map;
-        s.load.map = {1.0};
-        s.time = {dt, 2};
-        const Result r = run(s, Device::cpu());
-        const auto &rate = r.trace(Quantity::fa1).mean, &fa2 = r.trace(Quantity::fa2).mean;
-        std::pair<double, double> worst{0, 0};
-        for (size_t n = 2; n + 1 < rate.size(); ++n) {
-            const double truth = -1.54 * std::exp(-1.54 * r.time[n]);
-            worst.first = std::max(worst.first, std::abs((rate[n + 1] - rate[n - 1]) / (2 * dt) - truth));
-            worst.second = std::max(worst.second, std::abs(fa2[n] - truth));
-        }
-        return worst;
-    };
-    const auto coarse = errors(1e-2), fine = errors(1e-4);
-    CHECK(fine.first > 5 * coarse.first);
-    CHECK(fine.second < 1e-3);
-    CHECK(fine.second < fine.first / 10);
 }
 
 TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, on CPU and Vulkan alike") {
@@ -402,32 +323,8 @@ TEST_CASE("what plain sums would lose is carried without being asked for") {
     Scene s = test::small_scene(4, 4);
     s.model = Model::march;
     CHECK(run(s, Device::cpu()).precision == Precision::f32_compensated);
-    RunOptions plain;
-    plain.precision = Precision::f32;
+    RunOptions plain{.precision = Precision::f32};
     CHECK(run(s, Device::cpu(), plain).precision == Precision::f32);
-}
-
-TEST_CASE("a float sum of 1e8 ones is 16777216; the mean of a large map is right to 1e-7") {
-    float sum = 0;
-    for (int i = 0; i < 100000000; ++i) sum += 1;
-    CHECK(sum == 16777216); // 17 % of it
-    Scene s;
-    s.model = Model::march;
-    s.grid = {3008, 1700, {}};
-    s.load.kind = Load::Kind::map;
-    s.load.map.edit().assign(3008 * 1700, 0.1);
-    s.time = {0.1, 0.2};
-    const Result f32 = run(s, Device::cpu());
-    const double strain = 0.1 / 1.54 * -std::expm1(-0.154);
-    CHECK(std::abs(f32.trace(Quantity::strain).mean[1] / f32.trace(Quantity::strain).max[1] - 1) <
-          1e-12); // equal cells: no error
-    CHECK(std::abs(f32.trace(Quantity::strain).mean[1] / strain - 1) < 1e-7);
-    for (size_t i = 0; i < s.load.map.size(); ++i) s.load.map.edit()[i] = 0.5 + 0.5 * std::sin(double(i) * 0.7);
-    RunOptions f64;
-    f64.precision = Precision::f64;
-    const Result exact = run(s, Device::cpu(), f64), rounded = run(s, Device::cpu());
-    for (Quantity q : {Quantity::strain, Quantity::fa1})
-        CHECK(std::abs(rounded.trace(q).mean[1] / exact.trace(q).mean[1] - 1) < 1e-7);
 }
 
 TEST_CASE("stencils converge at orders 2, 4 and 2 on smooth fields that fit the edges") {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // Loads that are sums of products of a map and an envelope: several loads, gratings that move, windows.
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <complex>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 
 using namespace test;
@@ -19,12 +19,6 @@ double greatest_of(const std::vector<double>& values) {
     double most = 0;
     for (double v : values) most = std::max(most, std::abs(v));
     return most;
-}
-
-template <class Call> void check_refusal(Call&& call, const char* part) {
-    const std::string what = refusal(Error::Code::bad_input, call);
-    INFO(what);
-    CHECK(what.find(part) != std::string::npos);
 }
 
 // Strong ridges under a smooth load, in an odd material, so that curvature and all terms count.
@@ -194,15 +188,10 @@ TEST_CASE("a grating is the limit of explicit frames, in any direction") {
     const double interval = s.time.step / 64;
     const int frames = int(s.time.duration / interval) + 1;
     const auto path = temporary("grating.npy");
-    {
-        std::ofstream out(path, std::ios::binary);
-        out << npy_header("<f8", "(" + std::to_string(frames) + ", 8, 50)");
-        for (int k = 0; k < frames; ++k)
-            for (int i = 0; i < 8 * 50; ++i) {
-                const double p = pressure_at(s, i % 50, i / 50, k * interval);
-                out.write(reinterpret_cast<const char*>(&p), 8);
-            }
-    }
+    std::vector<std::vector<double>> pressures(static_cast<size_t>(frames));
+    for (int k = 0; k < frames; ++k)
+        for (int i = 0; i < 8 * 50; ++i) pressures[size_t(k)].push_back(pressure_at(s, i % 50, i / 50, k * interval));
+    oracle::write_frames(path, s.grid, pressures);
     Scene framed = s;
     framed.load = {.kind = Load::Kind::sequence, .path = path.string(), .interval = interval, .hold = Hold::parabolic};
     framed.precision = Precision::f64;
@@ -263,7 +252,7 @@ TEST_CASE("a scene file lists loads, and errors name the one that is wrong") {
     REQUIRE(s.more_loads[1].grating);
     CHECK(s.more_loads[1].grating->phases == std::vector<double>{1});
     const auto refused = [&](const std::string& set, const char* part) {
-        check_refusal([&] { Scene::from_string(text, {set}); }, part);
+        refuses([&] { Scene::from_string(text, {set}); }, part);
     };
     refused("load[1].radius=0", "load[1].radius = 0; allowed: whole cells, 1..65536");
     refused("load[1].window.until=0.01", "load[1].window.until = 0.01; allowed");
@@ -281,14 +270,14 @@ TEST_CASE("a sum of products has no march, and is refused by name where no produ
     Scene s = ridged();
     s.more_loads = {s.load};
     s.model = Model::march;
-    check_refusal([&] { run(s); }, "the load is a sum of products");
+    refuses([&] { run(s); }, "the load is a sum of products");
     s.model.reset();
     s.material.modulus_map = std::vector<double>(21 * 17, 2);
-    check_refusal([&] { run(s); }, "material = (a map); allowed: one for all cells with several loads");
+    refuses([&] { run(s); }, "material = (a map); allowed: one for all cells with several loads");
     s.material.modulus_map = {};
     s.more_loads.assign(64, s.load);
-    check_refusal([&] { run(s); }, "load = 65; allowed: at most 64 products");
+    refuses([&] { run(s); }, "load = 65; allowed: at most 64 products");
     s.more_loads.assign(1, s.load);
     s.more_loads[0].kind = Load::Kind::sequence;
-    check_refusal([&] { run(s); }, "load[1].interval");
+    refuses([&] { run(s); }, "load[1].interval");
 }

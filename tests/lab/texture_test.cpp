@@ -81,19 +81,6 @@ TEST_CASE("a texture is read as it is where its numbers lie on cells, and repeat
     std::filesystem::remove(sequence.load.path);
 }
 
-TEST_CASE("CPU and Vulkan press a sliding texture with equal bits") {
-    const Validated vulkan;
-    Scene s = grating(1e-3, 0.05);
-    s.material.curvature_length = 1e-4;
-    s.output.fields = {{0.0405, {Quantity::sa1, Quantity::fa1}}};
-    RunOptions check;
-    check.check = true;
-    check.precision = Precision::f32;
-    const Result r = run(s, vulkan.device(), check);
-    CHECK(r.cells_compared > 0);
-    CHECK(r.cells_different == 0);
-}
-
 TEST_CASE("a texture that has steps is said to press beyond its numbers, by as much as its spline does") {
     Scene s = grating(0.01, 0.03);
     Texture t{.map = {}, .width = 40, .height = 1, .spacing = 1e-4, .velocity = {0.005, 0}}; // half a cell a step
@@ -127,8 +114,7 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
     CHECK(s.load.texture->map[5] == 6);
     CHECK(s.load.texture->velocity[0] == 0.04);
     const auto refused = [&](const std::string& keys, const char* says) {
-        const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(grid + keys); });
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+        refuses([&] { Scene::from_string(grid + keys); }, says);
     };
     refused("velocity = [1, 2]\n", "load.texture.path = (not given)");
     refused("path = \"" + path + "\"\nvelocity = [1]\n", "load.texture.velocity = [ 1 ]; allowed: two numbers");
@@ -136,14 +122,9 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
     const auto scene_refused = [](auto change, const char* says) {
         Scene bad = grating(1e-3, 0.01);
         change(bad);
-        const std::string why = refusal(Error::Code::bad_input, [&] { run(bad); });
-        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+        refuses([&] { run(bad); }, says);
     };
-    scene_refused([](Scene& b) { b.load.texture->velocity[1] = INFINITY; }, "load.texture.velocity = inf");
-    scene_refused([](Scene& b) { b.load.texture->velocity[0] = 1e300; },
-                  "load.texture.velocity = 1e+300; allowed: at most");
     scene_refused([](Scene& b) { b.load.texture->velocity[0] = -2.26e10; }, "within time.duration");
-    scene_refused([](Scene& b) { b.load.texture->spacing = 0; }, "load.texture.spacing = 0");
     scene_refused([](Scene& b) { b.load.texture->map.edit()[3] = NAN; }, "load.texture.path = nan in cell [3, 0]");
     scene_refused([](Scene& b) { b.load.envelope.start = 0.1; }, "load.envelope = (given)");
     scene_refused([](Scene& b) { b.method = Method::euler; }, "\"exact\" with load.texture");

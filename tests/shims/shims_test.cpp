@@ -139,9 +139,7 @@ TEST_CASE("contracting: the device is refused unless it is named; then it says s
     long long different = 0;
     for (const Scene& s : {plain, slow, chain})
         for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
-            RunOptions options;
-            options.precision = precision;
-            options.check = true;
+            RunOptions options{.precision = precision, .check = true};
             const Result r = run(s, opened.device, options);
             CHECK_FALSE(r.device.exact);
             different += r.cells_different;

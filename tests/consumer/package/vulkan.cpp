@@ -72,17 +72,15 @@ std::vector<const char*> extensions_of(VkPhysicalDevice physical) {
 
 VkDevice make_device(VkPhysicalDevice physical, uint32_t family, const std::vector<const char*>& extensions) {
     const float priority = 1;
-    VkDeviceQueueCreateInfo queues{};
-    queues.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queues.queueFamilyIndex = family;
-    queues.queueCount = 1;
-    queues.pQueuePriorities = &priority;
-    VkDeviceCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    info.queueCreateInfoCount = 1;
-    info.pQueueCreateInfos = &queues;
-    info.enabledExtensionCount = uint32_t(extensions.size());
-    info.ppEnabledExtensionNames = extensions.data();
+    const VkDeviceQueueCreateInfo queues{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                         .queueFamilyIndex = family,
+                                         .queueCount = 1,
+                                         .pQueuePriorities = &priority};
+    const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                  .queueCreateInfoCount = 1,
+                                  .pQueueCreateInfos = &queues,
+                                  .enabledExtensionCount = uint32_t(extensions.size()),
+                                  .ppEnabledExtensionNames = extensions.data()};
     VkDevice device = VK_NULL_HANDLE;
     need(vkCreateDevice(physical, &info, nullptr, &device) == VK_SUCCESS, "a device can be made");
     return device;
@@ -97,27 +95,23 @@ void record(VkInstance instance) {
     const std::vector<const char*> extensions = extensions_of(physical);
     const VkDevice device = make_device(physical, family, extensions);
     {
-        dermis::vulkan::Handles handles;
-        handles.instance = instance;
-        handles.physical = physical;
-        handles.device = device;
-        handles.get_instance_proc_addr = vkGetInstanceProcAddr;
-        handles.extensions.assign(extensions.begin(), extensions.end());
-        dermis::vulkan::SkinProgram program(handles, dermis::SkinDescription(), 1);
+        dermis::vulkan::SkinProgram program({.instance = instance,
+                                             .physical = physical,
+                                             .device = device,
+                                             .get_instance_proc_addr = vkGetInstanceProcAddr,
+                                             .extensions = {extensions.begin(), extensions.end()}},
+                                            dermis::SkinDescription(), 1);
         const dermis::vulkan::Memory& check = program.memory().check;
 
-        VkBufferCreateInfo buffer_info{};
-        buffer_info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-        buffer_info.size = check.bytes;
-        buffer_info.usage = check.usage;
+        const VkBufferCreateInfo buffer_info{
+            .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = check.bytes, .usage = check.usage};
         VkBuffer buffer = VK_NULL_HANDLE;
         need(vkCreateBuffer(device, &buffer_info, nullptr, &buffer) == VK_SUCCESS, "a buffer can be made");
-        VkMemoryAllocateInfo allocation{};
-        allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
         VkMemoryRequirements requirements;
         vkGetBufferMemoryRequirements(device, buffer, &requirements);
-        allocation.allocationSize = requirements.size;
-        allocation.memoryTypeIndex = memory_type(physical, requirements.memoryTypeBits);
+        const VkMemoryAllocateInfo allocation{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                              .allocationSize = requirements.size,
+                                              .memoryTypeIndex = memory_type(physical, requirements.memoryTypeBits)};
         VkDeviceMemory memory = VK_NULL_HANDLE;
         need(vkAllocateMemory(device, &allocation, nullptr, &memory) == VK_SUCCESS, "memory can be had");
         vkBindBufferMemory(device, buffer, memory, 0);
@@ -126,28 +120,22 @@ void record(VkInstance instance) {
         std::memcpy(bytes, check.initial.data(), check.initial.size());
         program.bind_check({buffer, 0, check.bytes});
 
-        VkCommandPoolCreateInfo pool_info{};
-        pool_info.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-        pool_info.queueFamilyIndex = family;
+        const VkCommandPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                                .queueFamilyIndex = family};
         VkCommandPool pool = VK_NULL_HANDLE;
         vkCreateCommandPool(device, &pool_info, nullptr, &pool);
-        VkCommandBufferAllocateInfo commands_info{};
-        commands_info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-        commands_info.commandPool = pool;
-        commands_info.commandBufferCount = 1;
+        const VkCommandBufferAllocateInfo commands_info{
+            .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = pool, .commandBufferCount = 1};
         VkCommandBuffer commands = VK_NULL_HANDLE;
         vkAllocateCommandBuffers(device, &commands_info, &commands);
-        VkCommandBufferBeginInfo begin{};
-        begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+        const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
         vkBeginCommandBuffer(commands, &begin);
         need(program.record_check(commands), "a check is bound");
         vkEndCommandBuffer(commands);
         VkQueue queue = VK_NULL_HANDLE;
         vkGetDeviceQueue(device, family, 0, &queue);
-        VkSubmitInfo submit{};
-        submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-        submit.commandBufferCount = 1;
-        submit.pCommandBuffers = &commands;
+        const VkSubmitInfo submit{
+            .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands};
         need(vkQueueSubmit(queue, 1, &submit, VK_NULL_HANDLE) == VK_SUCCESS, "commands can be submitted");
         vkQueueWaitIdle(queue);
         need(program.check_passed(bytes, program.memory().check.bytes), "the recorded check passes");
@@ -167,12 +155,8 @@ int main() {
     uint32_t version = 0;
     need(vkEnumerateInstanceVersion(&version) == VK_SUCCESS && version >= VK_API_VERSION_1_1,
          "the loader has a version");
-    VkApplicationInfo application{};
-    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
-    application.apiVersion = VK_API_VERSION_1_1;
-    VkInstanceCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-    info.pApplicationInfo = &application;
+    const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO, .apiVersion = VK_API_VERSION_1_1};
+    const VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, .pApplicationInfo = &application};
     VkInstance instance = VK_NULL_HANDLE;
     need(vkCreateInstance(&info, nullptr, &instance) == VK_SUCCESS, "an instance can be made");
 #ifdef OWN_VOLK
@@ -187,8 +171,7 @@ int main() {
     scene.grid.width = 60;
     scene.grid.height = 40;
     scene.time.duration = 0.2;
-    dermis::RunOptions options;
-    options.check = true;
+    dermis::RunOptions options{.check = true};
     const dermis::Result r = dermis::run(scene, dermis::Device::open("vulkan"), options);
     need(r.device.vulkan && r.dispatches > 0, "dermis ran on a Vulkan device");
     need(r.cells_compared > 0 && r.cells_different == 0, "with the bits of the CPU");

@@ -2,8 +2,6 @@
 /* Contacts as a C program adds them to a pad's pressures: what they add up to, and every misuse that can be seen. */
 #include "check.h"
 
-#include <fenv.h>
-
 #define CELLS 12 /* of the pad, 4 x 3 */
 
 static void contacts(void) {
@@ -25,12 +23,6 @@ static void contacts(void) {
     REFUSED(dermis_add_contacts(&on, NULL, 2, &report), "contacts = (null)");
     REFUSED(dermis_add_contacts(&on, some, 1, NULL), "report = (null)");
     REFUSED(dermis_add_contacts(NULL, some, 1, &report), "pad = (null)");
-    on.width = 0;
-    REFUSED(dermis_add_contacts(&on, some, 1, &report), "pad.width = 0; allowed: 1..16384");
-    on.width = 4;
-    on.pressure = NULL;
-    REFUSED(dermis_add_contacts(&on, some, 1, &report), "pad.pressure = null");
-    on.pressure = pressure;
     on.size = 1;
     REFUSED(dermis_add_contacts(&on, some, 1, &report), "pad->size = 1");
     on.size = sizeof on;
@@ -97,9 +89,6 @@ static void round_pads(void) {
     CHECK(dermis_add_contacts_world(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK);
     CHECK(near(report.placed, 1) && report.plausible == 1);
     REFUSED(dermis_add_contacts_world(&on, &pose, 8e-3, &side, 1, &report), "reach = 0.008; allowed: below the pad's");
-    on.radius_y = 1e-3;
-    REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, &side, 1, &report),
-            "pad.radius_y = 0.001; allowed: 0, or 0.003");
     on.size = offsetof(dermis_contact_pad, radius_x);
     CHECK(dermis_add_contacts_world(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK && report.too_far == 1);
     on.size = sizeof on;
@@ -146,23 +135,18 @@ static void contacts_of_a_batch(void) {
     REFUSED(dermis_touch_add(touch, NULL, &contacts, &report), "poses = (null)");
 
     dermis_scene* scene = NULL;
-    dermis_skin *by_touch = NULL, *by_pressure = NULL;
+    dermis_skin* skin = NULL;
     const dermis_skin_options options = {.size = sizeof options, .count = 2};
-    const double dt = 1e-3;
-    const float *a = NULL, *b = NULL;
+    const float* sa1 = NULL;
     size_t count = 0;
     CHECK(dermis_scene_from_string("[grid]\nwidth = 24\nheight = 24\n[surface]\nkind = \"flat\"\n", ".", &scene) ==
           DERMIS_OK);
-    CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
-    CHECK(dermis_skin_create(NULL, scene, &options, &by_pressure) == DERMIS_OK);
-    CHECK(dermis_skin_press_touch(by_touch, touch, dt) == DERMIS_OK);
-    CHECK(dermis_skin_press(by_pressure, pressure, numbers, &dt, 1, NULL) == DERMIS_OK);
-    CHECK(dermis_skin_get_response(by_touch, DERMIS_SA1, &a, &count) == DERMIS_OK);
-    CHECK(dermis_skin_get_response(by_pressure, DERMIS_SA1, &b, &count) == DERMIS_OK);
-    CHECK(count == 1152 && memcmp(a, b, count * sizeof *a) == 0 && a[576 + 12 * 24 + 12] != 0);
-    REFUSED(dermis_skin_press_touch(by_touch, NULL, dt), "touch = (null)");
-    REFUSED(dermis_skin_press_touch(by_touch, touch, -1), "dt = -1");
-    dermis_skin_destroy(by_touch), dermis_skin_destroy(by_pressure);
+    CHECK(dermis_skin_create(NULL, scene, &options, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_press_touch(skin, touch, 1e-3) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &sa1, &count) == DERMIS_OK);
+    CHECK(count == 1152 && sa1[12 * 24 + 12] == 0 && sa1[576 + 12 * 24 + 12] != 0);
+    REFUSED(dermis_skin_press_touch(skin, NULL, 1e-3), "touch = (null)");
+    dermis_skin_destroy(skin);
     dermis_scene_destroy(scene);
     dermis_touch_destroy(touch);
     dermis_touch_destroy(NULL);
@@ -229,7 +213,7 @@ static void contacts_of_the_world(void) {
         {.position = {1, 2, 3}, .direction = {1, 0, -1}, .force = 0, .radius = 1e-3},
     };
     dermis_contact_report report = {.size = sizeof report};
-    dermis_pose pose, wrong;
+    dermis_pose pose;
     CHECK(dermis_pose_from_quaternion(middle, turn, &pose) == DERMIS_OK && pose.position[2] == 3);
     CHECK(near(pose.rotation[1], -1) && near(pose.rotation[3], 1) && fabs(pose.rotation[0]) < 1e-12);
     CHECK(dermis_pose_from_middle(&pose, &on) == DERMIS_OK);
@@ -244,17 +228,10 @@ static void contacts_of_the_world(void) {
     CHECK(near(report.sideways, 0.01 * (1 - sqrt(0.5))));
 
     memcpy(local, pressure, sizeof local);
-    wrong = pose;
-    wrong.rotation[0] = 2;
-    REFUSED(dermis_add_contacts_world(&on, &wrong, 1e-3, some, 1, &report),
-            "pose.rotation = 2; allowed: -1.001..1.001");
     REFUSED(dermis_add_contacts_world(&on, NULL, 1e-3, some, 1, &report), "pose = (null)");
-    REFUSED(dermis_add_contacts_world(&on, &pose, -1, some, 1, &report), "reach = -1; allowed: a finite number >= 0");
     REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, NULL, 1, &report), "contacts = (null)");
     REFUSED(dermis_add_contacts_world(NULL, &pose, 1e-3, some, 1, &report), "pad = (null)");
     REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, some, 1, NULL), "report = (null)");
-    some[0].position[1] = NAN;
-    REFUSED(dermis_add_contacts_world(&on, &pose, 1e-3, some, 1, &report), "contacts[0].position = nan");
     CHECK(memcmp(local, pressure, sizeof local) == 0);
     REFUSED(dermis_pose_from_quaternion(middle, no_turn, &pose), "|quaternion|^2 = 0; allowed: a finite number > 0");
     REFUSED(dermis_pose_from_quaternion(NULL, turn, &pose), "position = (null)");
@@ -292,9 +269,9 @@ static void depths_and_taxels(void) {
     depth[5] = 1e-3f;
     depth[6] = 3e-3f;
     CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK && near(report.placed, 0.02) && report.cells == 2);
-    CHECK(near(pressure[5], 5e3) && near(pressure[6], 15e3));
-    depths.stiffness = -1;
-    REFUSED(dermis_add_depths(&on, &depths, &report), "depths.stiffness = -1; allowed: 1e-6..1e30");
+    CHECK(near(pressure[5], 5e3) && near(pressure[6], 15e3) && report.level == 0);
+    depths.stiffness = 1e7;
+    CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK && near(report.level, 1e-3)); /* 2 mm of one cell */
     depths.stiffness = 0;
     depths.depth = NULL;
     REFUSED(dermis_add_depths(&on, &depths, &report), "depths.depth = null");
@@ -312,9 +289,6 @@ static void depths_and_taxels(void) {
     CHECK(dermis_add_taxels(&on, &taxels, &report) == DERMIS_OK && near(pressure[0], 0.1));
     taxels.unit = 2;
     REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels->unit = 2; allowed: DERMIS_NEWTON (0), DERMIS_P");
-    values[3] = -1;
-    taxels.unit = DERMIS_NEWTON;
-    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels.values[3] = -1");
     taxels.size = 1;
     REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels->size = 1");
     REFUSED(dermis_add_taxels(&on, NULL, &report), "taxels = (null)");
@@ -328,8 +302,7 @@ static void bodies_press_by_their_shapes(void) {
     const double points[] = {0, -4e-3, 0, 0, 0, -1, 4e-3, 2e-3, 0, 0, 0, -1};
     const dermis_body_kind kind = DERMIS_BOX;
     const int32_t pads[] = {0, 0}, bodies[] = {3, 3};
-    const dermis_poses poses = {
-        .position = middle, .rotation = upright, .position_step = 3, .rotation_step = 9};
+    const dermis_poses poses = {.position = middle, .rotation = upright, .position_step = 3, .rotation_step = 9};
     dermis_contacts contacts = {.size = sizeof contacts,
                                 .count = 2,
                                 .pad = pads,
@@ -378,50 +351,9 @@ static void bodies_press_by_their_shapes(void) {
     dermis_touch_destroy(touch);
 }
 
-/* All that contacts, bodies, depths and taxels add to a round pad, and a pose. */
-static void fill(float* pressure, dermis_pose* pose) {
-    const double position[] = {0.1, 0.2, 0.3}, quaternion[] = {0.5, 0.1, 0.7, 0.3};
-    float depth[CELLS], values[] = {0.1f, 0.3f};
-    dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
-    dermis_contact_report report = {.size = sizeof report};
-    const dermis_contact one = {.x = 1.7e-3, .y = 1.1e-3, .force = 0.3, .radius = 1.9e-3};
-    dermis_body ball = {.size = sizeof ball, .kind = DERMIS_SPHERE, .extent = {7e-3, 0, 0}};
-    dermis_depths depths = {.size = sizeof depths, .depth = depth, .force = 0.7, .stiffness = 1e8};
-    const dermis_taxels taxels = {
-        .size = sizeof taxels, .values = values, .columns = 2, .rows = 1, .width = 1.7e-3, .height = 2.3e-3};
-    dermis_pose flat = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
-    on.radius_x = on.radius_y = 9e-3;
-    ball.pose = flat;
-    ball.pose.position[0] = 2e-3, ball.pose.position[1] = 1.5e-3, ball.pose.position[2] = 6.3e-3;
-    CHECK(dermis_pose_from_quaternion(position, quaternion, pose) == DERMIS_OK);
-    CHECK(dermis_pose_from_middle(pose, &on) == DERMIS_OK &&
-          dermis_pose_from_middle(&flat, &on) == DERMIS_OK);
-    CHECK(dermis_add_contacts(&on, &one, 1, &report) == DERMIS_OK);
-    CHECK(dermis_fill_depths(&on, &flat, &ball, depth, 4) == DERMIS_OK);
-    CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK);
-    CHECK(dermis_add_taxels(&on, &taxels, &report) == DERMIS_OK);
-}
-
-static void rounding_modes_change_nothing(void) {
-    const int modes[] = {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
-    float expected[CELLS] = {0};
-    dermis_pose pose;
-    fill(expected, &pose);
-    for (int i = 0; i < 3; ++i) {
-        float given[CELLS] = {0};
-        dermis_pose other;
-        fesetround(modes[i]);
-        fill(given, &other);
-        CHECK(fegetround() == modes[i]);
-        fesetround(FE_TONEAREST);
-        CHECK(memcmp(given, expected, sizeof given) == 0 && memcmp(&other, &pose, sizeof pose) == 0);
-    }
-}
-
 int main(void) {
     contacts();
     bodies_press_by_their_shapes();
-    rounding_modes_change_nothing();
     tiled_pads();
     round_pads();
     contacts_of_a_batch();

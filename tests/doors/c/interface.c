@@ -47,9 +47,9 @@ static void devices(void) {
     dermis_device_close(device);
     dermis_device_close(NULL);
     REFUSED(dermis_device_open(NULL, &device), "which = (null)");
+    REFUSED(dermis_device_open_cpu(1, NULL), "device = (null)");
     CHECK(device == NULL);
     REFUSED(dermis_device_open_cpu(-1, &device), "threads = -1; allowed: 0 (one per core) .. 1024");
-    REFUSED(dermis_device_open_cpu(1000000, &device), "threads = 1000000");
 }
 
 static void scenes(void) {
@@ -65,9 +65,11 @@ static void scenes(void) {
     REFUSED(dermis_scene_from_string("", NULL, NULL), "scene = (null)");
     REFUSED(dermis_scene_from_file("no/such/scene.toml", &scene), "no/such/scene.toml: cannot be read");
     REFUSED(dermis_scene_from_file(NULL, &scene), "path = (null)");
+    REFUSED(dermis_scene_from_file("scene.toml", NULL), "scene = (null)");
     scene = scene_of(pad);
     CHECK(dermis_scene_get_size(scene, &width, &height) == DERMIS_OK && width == 4 && height == 3);
     REFUSED(dermis_scene_get_size(scene, NULL, &height), "width = (null)");
+    REFUSED(dermis_scene_get_size(scene, &width, NULL), "height = (null)");
     REFUSED(dermis_scene_get_size(NULL, &width, &height), "scene = (null)");
     CHECK(width == 0 && height == 0);
 
@@ -112,14 +114,13 @@ static void maps(void) {
     CHECK(dermis_scene_set(scene, "surface", "{ kind = \"flat\" }") == DERMIS_OK);
     CHECK(dermis_scene_set(scene, "time.step", "0.02") == DERMIS_OK); /* maps stay */
     REFUSED(dermis_scene_set_map(scene, "load.path", pressure, 3), "load.path = 3 cells; allowed: width*height = 2");
-    REFUSED(dermis_scene_set_map(scene, "load.path", pressure, (size_t)-1), "allowed: width*height = 2");
     REFUSED(dermis_scene_set_map(scene, "load.path", bad, 2), "load.path = nan in cell [1, 0]");
-    REFUSED(dermis_scene_set_map(scene, "material.modulus", bad, 2), "nan");
     REFUSED(dermis_scene_set_map(scene, "load.map", pressure, 2), "key = \"load.map\"; allowed: surface.path");
     REFUSED(dermis_scene_set_map(scene, "load.path", NULL, 2), "values = (null)");
     REFUSED(dermis_scene_set_map(scene, NULL, pressure, 2), "key = (null)");
     REFUSED(dermis_scene_set_map(NULL, "load.path", pressure, 2), "scene = (null)");
-    REFUSED(dermis_scene_set(scene, "grid.width", "3"), "array of shape (1, 2); allowed: shape (height, width) = (1, 3)");
+    REFUSED(dermis_scene_set(scene, "grid.width", "3"),
+            "array of shape (1, 2); allowed: shape (height, width) = (1, 3)");
     CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
     CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 0, &values, &count) == DERMIS_OK && count == 500);
     CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 1, &other, &count) == DERMIS_OK);
@@ -136,26 +137,6 @@ static void maps(void) {
 
 static const char run_text[] = "[grid]\nwidth = 4\nheight = 3\n[time]\nduration = 1\n[output]\nprobes = [[1, 2]]\n"
                                "traces = [\"strain\", \"fa1\"]\nfields = [{ at = 0.5, what = [\"sa1\"] }]\n";
-
-static void depths(void) {
-    dermis_scene* scene = scene_of("preset = \"fingertip\"\n[grid]\nwidth = 20\nheight = 20\n[time]\nduration = 0.1\n");
-    dermis_result *at_surface = NULL, *below = NULL;
-    dermis_report report = {.size = sizeof report};
-    const double *surface = NULL, *deep = NULL;
-    size_t count = 0;
-    CHECK(dermis_run(scene, NULL, &at_surface) == DERMIS_OK);
-    REFUSED(dermis_scene_set(scene, "receptors.depth", "thumb"), "receptors.depth = 'thumb'; allowed: \"fingertip\"");
-    CHECK(dermis_scene_set(scene, "receptors.depth", "fingertip") == DERMIS_OK);
-    CHECK(dermis_run(scene, NULL, &below) == DERMIS_OK);
-    CHECK(dermis_result_get_trace(at_surface, DERMIS_FA1, DERMIS_MAX, &surface, &count) == DERMIS_OK);
-    CHECK(dermis_result_get_trace(below, DERMIS_FA1, DERMIS_MAX, &deep, &count) == DERMIS_OK);
-    CHECK(deep[1] > 0 && deep[1] < 0.9 * surface[1]);
-    CHECK(dermis_result_get_report(below, &report) == DERMIS_OK);
-    CHECK(report.fine_load.value > 0 && report.fine_load.value < 1 && report.fine_load.greatest == 1);
-    dermis_result_destroy(at_surface);
-    dermis_result_destroy(below);
-    dermis_scene_destroy(scene);
-}
 
 static void runs(void) {
     dermis_scene* scene = scene_of(run_text);
@@ -183,7 +164,6 @@ static void runs(void) {
     CHECK(values == NULL && count == 0);
     REFUSED(dermis_result_get_trace(result, 13, DERMIS_MEAN, &values, &count), "quantity = 13; allowed: DERMIS_STRAIN");
     REFUSED(dermis_result_get_trace(result, DERMIS_INDENTATION, DERMIS_MEAN, &values, &count), "indentation");
-    REFUSED(dermis_result_get_trace(result, -1, DERMIS_MEAN, &values, &count), "quantity = -1");
     REFUSED(dermis_result_get_trace(result, DERMIS_FA1, 3, &values, &count), "column = 3; allowed: DERMIS_MEAN (0)");
     REFUSED(dermis_result_get_trace(result, DERMIS_FA1, DERMIS_MEAN, NULL, &count), "values = (null)");
     REFUSED(dermis_result_get_trace(NULL, DERMIS_FA1, DERMIS_MEAN, &values, &count), "result = (null)");
@@ -192,6 +172,7 @@ static void runs(void) {
     REFUSED(dermis_result_get_field(result, DERMIS_FA2, 0.5, &values, &count), "asks for no field of it");
     REFUSED(dermis_result_get_field(result, DERMIS_SA1, NAN, &values, &count), "at of sa1 = nan");
     REFUSED(dermis_result_get_times(result, NULL, &count), "values = (null)");
+    REFUSED(dermis_result_get_times(result, &times, NULL), "count = (null)");
     REFUSED(dermis_result_get_responses(result, &values, &count, NULL), "sites = (null)");
     CHECK(isnan(report.fine_load.value)); /* without a spacing */
     report.size = offsetof(dermis_report, fine_load);
@@ -208,13 +189,18 @@ static void sites(void) {
     dermis_scene* scene = scene_of(pad);
     dermis_result* result = NULL;
     const double* values = NULL;
+    dermis_report report = {.size = sizeof report};
     size_t times = 0, sites = 0;
     CHECK(dermis_scene_set(scene, "grid", "{ width = 40, height = 40, spacing = 1e-4 }") == DERMIS_BAD_INPUT);
     dermis_scene_destroy(scene);
     scene = scene_of("preset = \"fingertip\"\n[sites]\nseed = 3\n[load]\nintensity = 1e4\n[time]\nduration = 0.1\n");
+    REFUSED(dermis_scene_set(scene, "receptors.depth", "thumb"), "receptors.depth = 'thumb'; allowed: \"fingertip\"");
+    CHECK(dermis_scene_set(scene, "receptors.depth", "fingertip") == DERMIS_OK);
     CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
     CHECK(dermis_result_get_responses(result, &values, &times, &sites) == DERMIS_OK);
     CHECK(values != NULL && times == 10 && sites == 245);
+    CHECK(dermis_result_get_report(result, &report) == DERMIS_OK && report.fine_load.greatest == 1);
+    CHECK(report.fine_load.value > 0 && report.fine_load.value < 1);
     dermis_result_destroy(result);
     dermis_scene_destroy(scene);
 }
@@ -244,14 +230,9 @@ static void presses(void) {
 
     /* every refusal leaves the skin as it was */
     REFUSED(press(skin, pressure, CELLS - 1, 0.01), "pressure = 11 cells; allowed: width*height = 12");
-    REFUSED(press(skin, pressure, (size_t)-1, 0.01), "allowed: width*height = 12");
     REFUSED(press(skin, NULL, CELLS, 0.01), "pressure = (null)");
     REFUSED(press(skin, pressure, CELLS, -1), "dt = -1");
-    REFUSED(press(skin, pressure, CELLS, NAN), "dt = nan");
     REFUSED(press(NULL, pressure, CELLS, 0.01), "skin = (null)");
-    pressure[6] = NAN;
-    REFUSED(press(skin, pressure, CELLS, 0.01), "pressure = nan in cell [2, 1]; allowed: finite numbers");
-    pressure[6] = 6;
     REFUSED(dermis_skin_save(skin, state, bytes - 1, NULL), "state = ");
     REFUSED(dermis_skin_save(skin, NULL, bytes, NULL), "state = (null)");
     REFUSED(dermis_skin_load(skin, state, 7, NULL), "state = 7 bytes");
@@ -260,6 +241,11 @@ static void presses(void) {
     REFUSED(dermis_skin_get_response(skin, DERMIS_DEFORMATION, &again, &count), "response = \"deformation\"");
     REFUSED(dermis_skin_get_response(skin, 99, &again, &count), "quantity = 99");
     REFUSED(dermis_skin_get_response(skin, DERMIS_FA1, NULL, &count), "values = (null)");
+    REFUSED(dermis_skin_get_response(skin, DERMIS_FA1, &again, NULL), "count = (null)");
+    REFUSED(dermis_skin_get_response(NULL, DERMIS_FA1, &again, &count), "skin = (null)");
+    REFUSED(dermis_skin_get_state_size(skin, NULL, NULL), "bytes = (null)");
+    REFUSED(dermis_skin_get_state_size(NULL, &count, NULL), "skin = (null)");
+    REFUSED(dermis_skin_save(NULL, state, bytes, NULL), "skin = (null)");
     CHECK(memcmp(first, fa1, sizeof first) == 0);
 
     CHECK(dermis_skin_load(skin, state, bytes, NULL) == DERMIS_OK);
@@ -269,6 +255,7 @@ static void presses(void) {
     CHECK(dermis_skin_get_report(skin, 0, &report) == DERMIS_OK && report.strain.value > 0);
     CHECK(dermis_skin_reset(skin, NULL) == DERMIS_OK && fa1[5] == 0);
     REFUSED(dermis_skin_reset(NULL, NULL), "skin = (null)");
+    REFUSED(dermis_skin_get_report(NULL, 0, &report), "skin = (null)");
     report.size = 1;
     REFUSED(dermis_skin_get_report(skin, 0, &report), "report->size = 1");
     REFUSED(dermis_skin_get_report(skin, 0, NULL), "report = (null)");
@@ -278,29 +265,11 @@ static void presses(void) {
 }
 
 static void materials(void) {
-    dermis_skin *skin = skin_of(pad), *stiff = NULL;
+    dermis_skin* skin = skin_of(pad);
     dermis_scene* scene = scene_of(pad);
-    float pressure[CELLS];
-    const float *soft_sa1 = NULL, *stiff_sa1 = NULL;
-    dermis_report before = {.size = sizeof before}, after = {.size = sizeof after};
-    size_t count = 0;
-    for (int i = 0; i < CELLS; ++i) pressure[i] = 1;
-    CHECK(press(skin, pressure, CELLS, 0.5) == DERMIS_OK);
-    CHECK(dermis_skin_get_report(skin, 0, &before) == DERMIS_OK);
+    dermis_report after = {.size = sizeof after};
     CHECK(dermis_scene_set(scene, "material.modulus", "50") == DERMIS_OK);
     CHECK(dermis_skin_set_material(skin, scene, NULL) == DERMIS_OK);
-    CHECK(dermis_skin_get_report(skin, 0, &after) == DERMIS_OK);
-    CHECK(after.strain.value == before.strain.value); /* the state goes on */
-    CHECK(after.retardation_times[0].value == 1.0 / 50);
-    CHECK(press(skin, pressure, CELLS, 10) == DERMIS_OK);
-    CHECK(dermis_skin_create(on, scene, NULL, &stiff) == DERMIS_OK);
-    CHECK(press(stiff, pressure, CELLS, 0.5) == DERMIS_OK);
-    CHECK(press(stiff, pressure, CELLS, 10) == DERMIS_OK);
-    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &soft_sa1, &count) == DERMIS_OK);
-    CHECK(dermis_skin_get_response(stiff, DERMIS_SA1, &stiff_sa1, &count) == DERMIS_OK);
-    for (int i = 0; i < CELLS; ++i)
-        CHECK(fabs(soft_sa1[i] / stiff_sa1[i] - 1) < 1e-5); /* and ends as that material does */
-
     CHECK(dermis_scene_set(scene, "material",
                            "{ elements = [{ modulus = 1, viscosity = 1 }, { modulus = 2, viscosity = 1 }] }") ==
           DERMIS_OK);
@@ -309,35 +278,6 @@ static void materials(void) {
     REFUSED(dermis_skin_set_material(NULL, scene, NULL), "skin = (null)");
     CHECK(dermis_skin_get_report(skin, 0, &after) == DERMIS_OK && after.retardation_times[0].value == 1.0 / 50);
     dermis_skin_destroy(skin);
-    dermis_skin_destroy(stiff);
-    dermis_scene_destroy(scene);
-}
-
-static void depths_of_receptors(void) {
-    const double turn = 6.283185307179586, far = sqrt(1.5), quarter = (atan(0.25 / far) + 0.25 / far * 1.6) / turn;
-    dermis_scene* scene = scene_of(
-        "[grid]\nwidth = 4\nheight = 3\nspacing = 1e-3\n[surface]\nkind = \"flat\"\nrelief = 1e-6\n[material]\n"
-        "modulus = 1\nviscosity = 0\nthickness = 1e-3\ncurvature_length = 0\n[receptors]\ndepth = { sa1 = 1e-3 }\n");
-    dermis_skin *skin = NULL, *deep = NULL;
-    const float *sa1 = NULL, *sites = NULL;
-    const int32_t* cells = NULL;
-    float pressure[CELLS] = {0};
-    size_t count = 0;
-    const dermis_skin_options o = {.size = sizeof o, .count = 1, .responses = DERMIS_BIT(DERMIS_SA1)};
-    CHECK(dermis_skin_create(on, scene, &o, &deep) == DERMIS_OK);
-    CHECK(dermis_scene_set(scene, "sites", "[[\"sa1\", 2, 1], [\"sa1\", 1, 1]]") == DERMIS_OK);
-    CHECK(dermis_skin_create(on, scene, NULL, &skin) == DERMIS_OK);
-    pressure[6] = 1; /* cell [2, 1] */
-    CHECK(press(deep, pressure, CELLS, 1) == DERMIS_OK);
-    CHECK(dermis_skin_get_response(deep, DERMIS_SA1, &sa1, &count) == DERMIS_OK && count == CELLS);
-    CHECK(fabs(sa1[6] / (4 * quarter) - 1) < 1e-6); /* four corners of a square meet above it (Love 1929) */
-    CHECK(sa1[5] > 0 && sa1[5] == sa1[7] && sa1[5] < sa1[6]);
-    CHECK(dermis_skin_get_cells(skin, &cells, &count) == DERMIS_OK && count == CELLS);
-    CHECK(dermis_skin_press_cells(skin, pressure, CELLS, 1, NULL) == DERMIS_OK);
-    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &sites, &count) == DERMIS_OK && count == 2);
-    CHECK(sites[0] == sa1[6] && sites[1] == sa1[5]);
-    dermis_skin_destroy(skin);
-    dermis_skin_destroy(deep);
     dermis_scene_destroy(scene);
 }
 
@@ -364,10 +304,8 @@ static void options(void) {
     o.responses = DERMIS_BIT(DERMIS_STRAIN);
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->responses = 1; allowed: bits of sa1, sa2, fa1, fa2");
     o.responses = 0;
-    for (int i = 0; i < 3; ++i) {
-        o.count = (int32_t[]){0, -1, INT32_MAX}[i];
-        REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->count = ");
-    }
+    o.count = INT32_MAX;
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->count = ");
     o.count = 1048576;
     CHECK(dermis_scene_set(scene, "grid.width", "1024") == DERMIS_OK);
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "count = 1048576; allowed: count*width*height up to");
@@ -376,23 +314,33 @@ static void options(void) {
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->materials = 2; allowed: 0, 1");
     o.materials = 0;
     o.hold = 2;
-    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->hold = 2; allowed: DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin),
+            "options->hold = 2; allowed: DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
     o.hold = DERMIS_LINEAR;
     o.control = 2;
-    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->control = 2; allowed: DERMIS_PRESSURE (0), DERMIS_DEPTH (1)");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin),
+            "options->control = 2; allowed: DERMIS_PRESSURE (0), DERMIS_DEPTH (1)");
     o.size = 0;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->size = 0; allowed: ");
     CHECK(skin == NULL);
+    o.size = sizeof o;
+    o.control = DERMIS_DEPTH;
+    CHECK(dermis_scene_set(scene, "grid.width", "4") == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &skin) == DERMIS_OK);
+    REFUSED(dermis_skin_set_material(skin, scene, NULL), "material = (given)");
+    dermis_skin_destroy(skin);
     REFUSED(dermis_skin_create(NULL, NULL, NULL, &skin), "scene = (null)");
     REFUSED(dermis_skin_create(on, scene, NULL, NULL), "skin = (null)");
     dermis_scene_destroy(scene);
 }
 
 static void spikes_of_a_run(void) {
-    dermis_scene* scene = scene_of("[[afferents]]\ntype = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
-                                   "[load]\nintensity = 5\n[time]\nstep = 0.001\nduration = 0.2\n");
+    dermis_scene* scene =
+        scene_of("[[afferents]]\ntype = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
+                 "[load]\nintensity = 5\n[time]\nstep = 0.001\nduration = 0.2\n[output]\nextremes = false\n");
     dermis_result* result = NULL;
     const dermis_fired_spike* fired = NULL;
+    const double* values = NULL;
     size_t count = 0;
     CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
     dermis_scene_destroy(scene);
@@ -401,6 +349,8 @@ static void spikes_of_a_run(void) {
         CHECK(fired[i].time > 0 && fired[i].time <= 0.2 && fired[i].afferent >= 0 && fired[i].afferent < 2);
         CHECK(i == 0 || fired[i].time >= fired[i - 1].time);
     }
+    REFUSED(dermis_result_get_trace(result, DERMIS_SA1, DERMIS_MAX, &values, &count),
+            "column = 2; allowed: DERMIS_MEAN (0), without output.extremes");
     REFUSED(dermis_result_get_spikes(result, NULL, &count), "spikes = (null)");
     REFUSED(dermis_result_get_spikes(result, &fired, NULL), "count = (null)");
     REFUSED(dermis_result_get_spikes(NULL, &fired, &count), "result = (null)");
@@ -425,6 +375,11 @@ static void spikes(void) {
     REFUSED(dermis_skin_get_spikes(NULL, &fired, &count), "skin = (null)");
     CHECK(fired == NULL && count == 0);
     dermis_skin_destroy(skin);
+    skin =
+        skin_of("[grid]\nwidth = 4\nheight = 3\n[[afferents]]\ntype = \"sa1\"\ncells = [[0, 0]]\ngains = [[1e3, 0]]\n");
+    CHECK(press(skin, pressure, CELLS, 0.2) == DERMIS_OK);
+    CHECK(dermis_skin_get_spikes(skin, &fired, &count) == DERMIS_OK && count > 0 && fired->share > 0);
+    dermis_skin_destroy(skin);
 }
 
 /* Three pads with materials of their own. */
@@ -441,9 +396,9 @@ static dermis_skin* batch(void) {
 static void batches(int device) {
     static float answers[3 * CELLS];
     dermis_skin* skin = batch();
-    const int32_t numbers[] = {2, 0}, twice[] = {1, 1}, beyond[] = {0, 3}, below[] = {-1};
+    const int32_t numbers[] = {2, 0}, twice[] = {1, 1};
     const dermis_pads two = {numbers, 2}, none = {NULL, 0};
-    const double dt[] = {0.01, 0.02, 0.03}, bad_dt[] = {0.01, -1};
+    const double dt[] = {0.01, 0.02, 0.03};
     float pressure[3 * CELLS], first[3 * CELLS];
     const float *sa1 = NULL, *strain = NULL;
     const int32_t* cells = NULL;
@@ -475,23 +430,20 @@ static void batches(int device) {
 
     /* every refusal leaves the skin as it was, and an empty list changes nothing */
     REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 1, &two), "pressure = 36 cells; allowed: 2 pads of");
-    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 3, &two), "dt = 3 steps; allowed: 2");
     REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 0, NULL), "dt = 0 steps; allowed: 3");
-    REFUSED(dermis_skin_press_frames(skin, pressure, 0, 2 * CELLS, dt[0], &two), "count = 0; allowed: at least 1 frame");
+    REFUSED(dermis_skin_press_frames(skin, pressure, 0, 2 * CELLS, dt[0], &two),
+            "count = 0; allowed: at least 1 frame");
     REFUSED(dermis_skin_press_frames(skin, NULL, 1, 2 * CELLS, dt[0], &two), "frames = (null)");
-    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, bad_dt, 2, &two), "dt = -1");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, NULL, 2, &two), "dt = (null)");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &(dermis_pads){NULL, 2}), "pads->numbers = (null)");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &(dermis_pads){twice, 2}),
             "pads = 1 at position 1; allowed: 0..2, each at most once");
-    REFUSED(dermis_skin_reset(skin, &(dermis_pads){beyond, 2}), "pads = 3 at position 1; allowed: 0..2");
-    REFUSED(dermis_skin_reset(skin, &(dermis_pads){below, 1}), "pads = -1 at position 0");
+    REFUSED(dermis_skin_reset(skin, &(dermis_pads){twice, 2}), "pads = 1 at position 1");
     REFUSED(dermis_skin_get_state_size(skin, &all, &(dermis_pads){twice, 2}), "pads = 1");
     CHECK(all == 0);
     REFUSED(dermis_skin_save(skin, state, some, NULL), "state = ");
     REFUSED(dermis_skin_load(skin, state, some, NULL), "number of pads 2");
     REFUSED(dermis_skin_get_report(skin, 3, &report), "pad = 3; allowed: 0..2");
-    REFUSED(dermis_skin_get_report(skin, -1, &report), "pad = -1");
     CHECK(dermis_skin_press(skin, NULL, 0, dt, 1, &none) == DERMIS_OK);
     CHECK(dermis_skin_press(skin, NULL, 0, NULL, 0, &none) == DERMIS_OK);
     CHECK(dermis_skin_reset(skin, &none) == DERMIS_OK);
@@ -547,7 +499,6 @@ int main(void) {
     scenes();
     files();
     maps();
-    depths();
     runs();
     sites();
     for (int device = 0; device < 2; ++device) {
@@ -555,7 +506,6 @@ int main(void) {
         presses();
         materials();
         options();
-        depths_of_receptors();
         spikes();
         spikes_of_a_run();
         batches(device);

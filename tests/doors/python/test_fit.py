@@ -281,13 +281,3 @@ def test_without_scipy_a_fit_names_the_package(monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)
     with pytest.raises(ModuleNotFoundError, match=r"fit needs scipy.optimize: pip install dermis\[fit\]"):
         dermis.fit_creep([1, 2, 3], [1, 2, 3])
-
-
-def test_a_relaxation_becomes_a_chain_and_comes_back():
-    chain = dermis.chain_of(dermis.Relaxation(moduli=[2e4, 1e4], times=[0.01, 1.0], equilibrium=1e4))
-    back = dermis.relaxation_of(chain)
-    np.testing.assert_allclose([*back.moduli, *back.times, back.equilibrium], [2e4, 1e4, 0.01, 1.0, 1e4])
-    common = dict(grid={"width": 4, "height": 4}, load={"path": np.ones((4, 4))}, time={"step": 0.1, "duration": 2})
-    by_chain = dermis.run(dermis.Scene(**common, material=dermis.Material(elements=chain)))
-    by_relaxation = dermis.run(dermis.Scene(**common, material=dermis.Material(relaxation=back)))
-    np.testing.assert_allclose(by_chain["strain"].mean, by_relaxation["strain"].mean, rtol=1e-12)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A finger that touches in MuJoCo, tests/embedding/mujoco, alone and in batches, by shapes and through its sensors."""
+"""A finger that touches in MuJoCo, tests/embedding/mujoco, by shapes and through its sensors."""
 import importlib.util
 import pathlib
 import re
@@ -70,20 +70,6 @@ def test_fa2_has_its_power_at_speed_over_ridge_period(finger, recording):
 
 def test_a_simulator_and_its_skin_roll_back_to_the_same_bits(finger, recording):
     holds(finger.rolls_back(recording))
-
-
-def test_each_of_64_hands_in_one_batch_has_the_bits_of_one_alone(finger, recording):
-    holds(finger.hands_agree(recording, hands=64, frames=200))
-
-
-def test_a_vulkan_device_has_the_bits_of_the_cpu(finger, recording):
-    try:
-        dermis.Device.open("vulkan")
-    except dermis.Error as error:
-        if error.code != "no_device":
-            raise
-        pytest.skip(str(error))
-    holds(finger.devices_agree(recording))
 
 
 @pytest.mark.parametrize("sensor", ("Depths", "Forces"))

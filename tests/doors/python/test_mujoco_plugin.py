@@ -118,10 +118,7 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"size": "0 80"}, "grid.width = 0"),
     ({"pads": "1e20"}, "pads = 1e+20; allowed: 1..1048576"),
     ({"spacing": "-1"}, "spacing = -1; allowed: 1e-09..1000000"),
-    ({"radius": "-1"}, "radius = -1; allowed: 0..1000000"),
     ({"reach": "1e300"}, "reach = 1e+300; allowed: 0..1000000"),
-    ({"patch": "-1"}, "patch = -1; allowed: 0..1000000"),
-    ({"ball": "-1"}, "ball = -1; allowed: 0..1000000"),
     ({"beyond": "all"}, "beyond = all; allowed: keep, drop"),
     ({"source": "shapes"}, "source = shapes; allowed: bodies, contacts"),
     ({"source": "contacts", "stiffness": "5e7"}, "stiffness = 5e7; allowed: none beside source = contacts"),
@@ -129,7 +126,6 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"around": "1e-3 2e-3"}, "around = 1e-3 2e-3; allowed: 4 numbers"),
     ({"around": "0 0 0 0.1"}, "source.around[3] = 0.1; allowed: -0.02..0.00256637"),
     ({"source": "contacts", "ball": "0", "radius": "0"}, "ball = 0; allowed: above 0 m, of what presses the pad; in its place patch, of each"),
-    ({"modulus": "-5"}, "modulus = -5; allowed: 1e-06..1e+30"),
     ({"modulus": "0"}, "modulus = 0; allowed: 1e-06..1e+30"),
     ({"responses": "sa1 shear_x shear_x"}, "responses = shear_x twice; allowed: each one once"),
     ({"responses": " ".join(["shear_x"] * 47722), "size": "300 300"}, "responses = shear_x twice"),
@@ -350,12 +346,6 @@ def test_the_depth_to_which_the_solver_lets_a_bottle_sink_in_does_not_matter(geo
     _, _, expected = gripped(BOTTLE, steps=2500)
     _, _, felt = gripped(BOTTLE.replace("/>", f" {geom}/>"), steps=2500)
     assert np.abs(felt - expected).max() <= 2e-3 * expected.max()
-
-
-def test_a_mesh_of_48_sides_presses_nearly_as_the_cylinder():
-    _, _, expected = gripped(BOTTLE)
-    _, _, felt = gripped(body("mesh", "prism", (0, 0, -.015), (90, 0, 0)))
-    assert felt.max() == pytest.approx(expected.max(), rel=0.05)
 
 
 def test_a_finger_that_goes_on_beyond_its_pad_carries_the_rest():

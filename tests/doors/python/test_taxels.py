@@ -174,18 +174,11 @@ def test_what_a_recording_cannot_be_is_refused_by_name(tmp_path, recording):
             (dict(spacing=9e-4), "load.taxels.origin = 0; allowed: a place from which all taxels lie on the grid: 10 along "
                                  "x are 0.009 long, the grid 0.008"),
             (dict(origin=(-1e-4, 0)), "load.taxels.origin = -1e-04; allowed: a place"),
-            (dict(spacing=0), "load.taxels.spacing = 0; allowed: a finite number > 0"),
             (dict(spread="round"), "load.taxels.spread = 'round'; allowed: \"cubic\", \"linear\", \"nearest\""),
-            (dict(sampling_rate=100), "load.taxels.sampling_rate = 100; allowed: not beside load.interval"),
             (dict(columns=3, rows=2), r"npy\":1: line = \".NUMPY.*; allowed: text in UTF-8: UTF-16 and binary files"),
-            (dict(columns=3), "load.taxels.rows = .not given.; allowed: a number of taxels, as rows = 4 and columns = 4"),
-            (dict(unit=None), "load.taxels.unit = .not given.; allowed: what 1 in the file is, as unit = \"kPa\", "),
-            (dict(unit="psi"), "load.taxels.unit = \"psi\"; allowed: what 1 in the file is"),
-            (dict(load={"interval": None}), "load.interval = .not given.")]:
+            (dict(columns=3), "load.taxels.rows = .not given.; allowed: a number of taxels, as rows = 4 and columns = 4")]:
         with pytest.raises(dermis.Error, match=says):
             dermis.run(scene(path, **keys))
-    with pytest.raises(dermis.Error, match='load.taxels = .given.; allowed: only with load.kind = "sequence"'):
-        dermis.fingertip(load={"taxels": {"spacing": 1e-3}})
     unnamed = "; names take one line, and units none"
     for text, says in [("1,2,3,4\n1,2,3\n", ":2: line = \"1,2,3\"; allowed: 4 columns with commas between them, and decimals"),
                        ("1,2,x,4\n", ":1: column 3 = \"x\"; allowed: a finite number; the line: \"1,2,x,4\""),

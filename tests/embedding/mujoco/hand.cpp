@@ -24,9 +24,7 @@ dermis::Skin skin_of_tips() {
     dermis::SkinDescription d = dermis::fingertip();
     d.grid = {.width = side, .height = side, .spacing = spacing};
     d.receptors.depth = dermis::fingertip_depths();
-    dermis::SkinOptions options;
-    options.count = tips;
-    options.shear = true;
+    dermis::SkinOptions options{.count = tips, .shear = true};
     return {dermis::Device::cpu(), d, options};
 }
 
@@ -82,7 +80,8 @@ int main(int argc, char** argv) try {
         mj_step(m, d);
         const Table table(m, d, pads);
         // The model's sites are the pads, in this order.
-        const contact::ContactReport& r = touch.add({.position = d->site_xpos, .rotation = d->site_xmat}, table.contacts());
+        const contact::ContactReport& r =
+            touch.add({.position = d->site_xpos, .rotation = d->site_xmat}, table.contacts());
         skin.press(touch, step);
         if (n >= 350) into += r.asked - r.sideways, placed += r.placed;
     }
