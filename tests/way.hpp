@@ -25,7 +25,7 @@ struct Call {
     std::vector<float> pressure, traction; // frame by frame, and axis by axis, each pad by pad
     bool sheared = false;                  // there are tractions
     std::vector<float> of_cells;           // the pressures of the cells that the skin reads
-    const contact::Touch* contacts = nullptr;
+    const dermis_touch* contacts = nullptr;
     Quantity source = Quantity::strain;         // of `own`: the response that presses
     std::optional<Quantity> source_of_traction; // of `own`, where a response is the traction
     std::vector<int> to;                        // of `carry`: the pads that are loaded
@@ -101,10 +101,8 @@ class Way {
         case Call::refused: refuse(call); return {};
         default:
             if (by_touch(call)) {
-                if (doors_.in_c) {
-                    const dermis_touch touch{*call.contacts};
-                    need(dermis_skin_press_touch(&skins_[0], &touch, call.dt[0]));
-                } else skins_[0].skin.press(*call.contacts, call.dt[0]);
+                if (doors_.in_c) need(dermis_skin_press_touch(&skins_[0], call.contacts, call.dt[0]));
+                else skins_[0].skin.press(call.contacts->touch, call.dt[0]);
                 append(spikes, skins_[0], 0, 0);
             } else each_part(call, [&](const Part& p) { press(call, p, spikes); });
             std::ranges::stable_sort(spikes, {}, &Spike::frame);

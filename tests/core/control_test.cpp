@@ -91,7 +91,7 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
         "pressure = 9.999999933815813e+36 in cell [1, 1] of frame 1; allowed: depths below 3.4e38 times the thickness");
     skin.save(after.data(), after.size());
     CHECK(after == before);
-    refused(
+    refuses(
         [&] {
             Skin(Device::cpu(1), d, {.count = 2, .materials = {d.material, d.material}, .control = Control::depth});
         },

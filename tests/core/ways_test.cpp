@@ -22,8 +22,8 @@ class Calls {
   public:
     Calls(Random& random, const DrawnSkin& drawn, const Way& plain)
         : r_(random), drawn_(drawn), plain_(plain), cells_(plain.skin().cells()),
-          touch_({.width = drawn.skin.grid.width, .height = drawn.skin.grid.height, .spacing = 5e-4},
-                 drawn.options.count, 1e-3, drawn.options.shear) {}
+          touch_{Touch({.width = drawn.skin.grid.width, .height = drawn.skin.grid.height, .spacing = 5e-4},
+                       drawn.options.count, 1e-3, drawn.options.shear)} {}
 
     Call next() {
         Call call;
@@ -118,16 +118,17 @@ class Calls {
                                        half * drawn_.skin.grid.height * r_.within(-1, 1), r_.within(-1e-3, 1e-3)});
             force.insert(force.end(), {r_.within(-0.1, 0.1), r_.within(-0.1, 0.1), -r_.decades(-3, 1)});
         }
-        touch_.add({.position = middles.data(), .rotation = axes.data(), .rotation_step = 0}, {.count = pad.size(),
-                                                                                               .pad = pad.data(),
-                                                                                               .position = place.data(),
-                                                                                               .force = force.data(),
-                                                                                               .radius = &radius,
-                                                                                               .radius_step = 0});
+        touch_.touch.add({.position = middles.data(), .rotation = axes.data(), .rotation_step = 0},
+                         {.count = pad.size(),
+                          .pad = pad.data(),
+                          .position = place.data(),
+                          .force = force.data(),
+                          .radius = &radius,
+                          .radius_step = 0});
         const size_t all = count() * drawn_.cells();
         call.contacts = &touch_;
-        call.pressure.assign(touch_.pressure(), touch_.pressure() + all);
-        if (drawn_.options.shear) call.traction.assign(touch_.traction(), touch_.traction() + 2 * all);
+        call.pressure.assign(touch_.touch.pressure(), touch_.touch.pressure() + all);
+        if (drawn_.options.shear) call.traction.assign(touch_.touch.traction(), touch_.touch.traction() + 2 * all);
         call.sheared = drawn_.options.shear;
     }
 
@@ -210,7 +211,7 @@ class Calls {
     const DrawnSkin& drawn_;
     const Way& plain_;
     const std::vector<int> cells_;
-    Touch touch_;
+    dermis_touch touch_;
     double step_ = 1e-3;
 };
 
