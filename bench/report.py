@@ -80,9 +80,10 @@ def work_precision(rows):
         axis.plot([1e3 * r["least"] for r in refused], np.minimum(errors(refused), 1e3), "x", color=colour, markersize=7,
                   markeredgewidth=2)
         ends.append((x[-1], errors(stable)[-1], words, colour))
-    axis.text(axis.get_xlim()[0] * 1.1, 1e2, "  x: refused as unstable", fontsize=9.5, color=GREY, va="bottom")
-    rule(axis, 2.0**-24, "float rounds here", "left", over="top")
-    rule(axis, 2.0**-53, "double rounds here", "left", over="top")
+    axis.text(axis.get_xlim()[0] * 1.5, 1e2, "x: refused as unstable", fontsize=9.5, color=GREY, va="center")
+    for unit, words, beside in ((2.0**-24, "float rounds here", 0.03), (2.0**-53, "double rounds here", 20)):
+        rule(axis, unit, "")
+        axis.text(axis.get_xlim()[0] * 1.05, unit * beside, words, fontsize=9, color=GREY, va="center")
     axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axis.set(xlabel=f"ms of a whole run, 2.56 s of {first['width']} x {first['height']} cells in 4 to "
              f"{max(int(r['steps']) for r in ladders['exact', 'f64', 'march'])} steps",
