@@ -273,8 +273,10 @@ std::string strike_opening(const vulkan::Loader& loader, const Fault& fault, siz
     CAPTURE(fault.before);
     std::optional<LeftToDriver> leaks;
     if (!fault.sticky) leaks.emplace();
-    const std::string message =
-        error_under(fault, Error::Code::no_device, [&] { CHECK(open_device("0", loader).info().exact); });
+    const std::string message = error_under(fault, Error::Code::no_device, [&] {
+        const Device device = open_device("0", loader);
+        CHECK(device.info().exact);
+    });
     const Fault done = judge(message);
     check_ledger(objects);
     return done.struck ? done.struck : "";
