@@ -3,7 +3,6 @@
 // Every two models agree where both can serve a scene.
 #include "tests/support.hpp"
 
-#include <algorithm>
 #include <random>
 
 using namespace test;
@@ -104,7 +103,80 @@ TEST_CASE("without extremes: the same means and probes, by every model, and no l
         }
 }
 
-namespace {
+TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, stencil, edge and receptor") {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> number(-1, 1);
+    for (int i = 0; i < 120; ++i) {
+        CAPTURE(i);
+        Scene s = small_scene(3 + int(random() % 90), 2 + int(random() % 40));
+        s.method = Method(i % 8);
+        s.surface.kind = Surface::Kind(random() % 3);
+        s.load.kind = Load::Kind(random() % 3);
+        s.load.intensity = 3 * number(random);
+        s.material.modulus = std::pow(10, number(random));
+        s.material.viscosity = std::pow(10, number(random));
+        s.allow_unstable = true;
+        take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 4);
+        if (s.method == Method::published) {
+            if (std::min(s.grid.width, s.grid.height) < 2) continue;
+        } else {
+            s.stencil = Stencil(random() % 3);
+            s.edges = *s.stencil == published_stencil ? published_edges : Edges(random() % 2);
+            s.receptors.fa2 = Fa2(random() % 2);
+            if (s.method == Method::exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
+            const double gain = 1 + number(random) / 2;
+            s.receptors.fa2_gains = {gain, -gain};
+        }
+        s.time.duration = 0.5;
+        const Result march = under(s, Model::march);
+        check_agree(under(s, Model::moments), march, 1e-12);
+        s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
+        if (s.method == Method::exact) s.output.fields.push_back({0.123, all_quantities});
+        check_agree(under(s, Model::maps), under(s, Model::march), 1e-12);
+    }
+}
+
+TEST_CASE("moments, maps, sites and march agree to 1e-12 where materials differ but for their retardation time") {
+    std::mt19937 random(12);
+    std::uniform_real_distribution<double> number(-1, 1);
+    for (int i = 0; i < 80; ++i) {
+        CAPTURE(i);
+        Scene s = small_scene(3 + int(random() % 70), 2 + int(random() % 30));
+        s.method = Method(i % 7); // the published one knows no maps
+        s.allow_unstable = true;
+        s.surface.kind = Surface::Kind(random() % 3);
+        s.load.kind = Load::Kind(random() % 3);
+        s.material.modulus = std::pow(10, number(random));
+        s.material.viscosity = std::pow(10, number(random));
+        s.stencil = Stencil(random() % 3);
+        s.edges = Edges(random() % 2);
+        s.receptors.fa2 = Fa2(random() % 2);
+        if (s.method == Method::exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
+        const int kind = int(random() % 4);
+        if (kind == 0) s.material.modulus = 0; // dashpots
+        if (kind == 1 && s.method == Method::exact)
+            s.material.viscosity = 0, s.receptors.fa2 = Fa2::step_mean; // springs
+        vary(s.material, s.grid, 1.5);
+        take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 3.7);
+        s.load.envelope.phase = 0.4;
+        const Result march = under(s, Model::march);
+        const Result moments = under(s, Model::moments);
+        check_agree(moments, march, 1e-12);
+        CHECK(moments.pressed_cells == march.pressed_cells);
+        // A march of springs that a pulse has let go of keeps a rounding of their strain, 5, and so of the curvature,
+        // 0.
+        const double size = std::max(1.0, march.greatest_curvature);
+        CHECK(moments.greatest_curvature == absolute(march.greatest_curvature, size * 1e-12));
+        if (kind == 0) CHECK(moments.tau_max == HUGE_VAL);
+        CHECK(moments.tau_max == relative(march.tau_max, 1e-12));
+        s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
+        if (s.method == Method::exact && s.material.viscosity > 0) s.output.fields.push_back({0.123, all_quantities});
+        check_agree(under(s, Model::maps), under(s, Model::march), 1e-12);
+        s.output = {{}, {}, {}, true};
+        for (Quantity q : all_responses) s.sites.push_back({q, {int(random() % 3), int(random() % 2)}});
+        CHECK(difference(under(s, Model::sites).responses, under(s, Model::march).responses) < 1e-12);
+    }
+}
 
 // Up to eight classes of material over the cells, of as many retardation times, one a spring and one a dashpot.
 void classify(Material& m, const Grid& grid, int classes, bool spring, bool dashpot) {
@@ -119,86 +191,43 @@ void classify(Material& m, const Grid& grid, int classes, bool spring, bool dash
     m.viscosity_map = viscosity;
 }
 
-enum class Cells { alike, of_one_time, of_few_times };
-
-// A scene of any method, envelope, stencil, edge and receptor.
-Scene drawn(std::mt19937& random, Method method, Cells cells) {
+TEST_CASE("a few retardation times are a part each: moments, maps, sites and march agree to 1e-12 without extremes") {
+    std::mt19937 random(13);
     std::uniform_real_distribution<double> number(-1, 1);
-    Scene s = small_scene(5 + int(random() % 70), 3 + int(random() % 30));
-    s.method = method;
-    s.allow_unstable = true;
-    s.surface.kind = Surface::Kind(random() % 3);
-    s.load.kind = Load::Kind(random() % 3);
-    s.load.intensity = 3 * number(random);
-    s.material.modulus = std::pow(10, number(random));
-    s.material.viscosity = std::pow(10, number(random));
-    take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 3.7);
-    s.load.envelope.phase = 0.4;
-    s.time.duration = 0.5;
-    if (method == Method::published) return s;
-    const bool exact = method == Method::exact;
-    s.stencil = Stencil(random() % 3);
-    s.edges = *s.stencil == published_stencil ? published_edges : Edges(random() % 2);
-    s.receptors.fa2 = Fa2(random() % 2);
-    if (exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
-    const double gain = 1 + number(random) / 2;
-    s.receptors.fa2_gains = {gain, -gain};
-    const bool dashpot = random() % 3 == 0, spring = exact && random() % 2;
-    if (cells != Cells::alike && spring) s.receptors.fa2 = Fa2::step_mean;
-    if (cells == Cells::of_few_times) classify(s.material, s.grid, 2 + int(random() % 7), spring, dashpot);
-    if (cells != Cells::of_one_time) return s;
-    if (spring) s.material.viscosity = 0;
-    else if (dashpot) s.material.modulus = 0;
-    vary(s.material, s.grid, 1.5);
-    return s;
-}
-
-} // namespace
-
-TEST_CASE(
-    "moments, maps, sites and march agree to 1e-12 under every method, envelope, stencil, edge and receptor, where "
-    "materials are alike, differ but for their retardation time or have a few of them") {
-    std::mt19937 random(11);
-    for (int i = 0; i < 260; ++i) {
+    for (int i = 0; i < 60; ++i) {
         CAPTURE(i);
-        const Cells cells = Cells(i % 3);
-        const Method method = Method(i / 3 % (cells == Cells::alike ? 8 : 7)); // the published one knows no maps
-        Scene s = drawn(random, method, cells);
-        // Extremes of a few retardation times are a march's alone, which compares by them.
-        const auto lean = [&](Model model) {
-            Scene without = s;
-            without.output.extremes = cells != Cells::of_few_times;
-            return under(without, model);
-        };
-        const Map& viscosity = s.material.viscosity_map;
-        const bool springs = std::count(viscosity.begin(), viscosity.end(), 0.0) > 0;
-        const Result march = under(s, Model::march), moments = lean(Model::moments);
+        Scene s = small_scene(5 + int(random() % 70), 3 + int(random() % 30));
+        s.method = Method(i % 7);
+        s.allow_unstable = true;
+        s.output.extremes = false;
+        s.material.modulus = std::pow(10, number(random));
+        s.material.viscosity = std::pow(10, number(random));
+        s.stencil = Stencil(random() % 3);
+        s.edges = Edges(random() % 2);
+        const bool exact = s.method == Method::exact, spring = exact && random() % 2;
+        s.receptors.fa2 = spring ? Fa2::step_mean : Fa2(random() % 2);
+        if (exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
+        classify(s.material, s.grid, 2 + int(random() % 7), spring, random() % 2);
+        take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 3.7);
+        const Result moments = under(s, Model::moments);
+        s.output.extremes = true; // the scale of what is compared
+        const Result march = under(s, Model::march);
+        s.output.extremes = false;
         check_agree(moments, march, 1e-12);
         CHECK(moments.tau_max == relative(march.tau_max, 1e-12));
-        if (s.material.modulus == 0 && cells == Cells::of_one_time) CHECK(moments.tau_max == HUGE_VAL);
-        if (cells == Cells::of_one_time) {
-            CHECK(moments.pressed_cells == march.pressed_cells);
-            // A march of springs that a pulse has let go of keeps a rounding of their strain, and so of the curvature,
-            // 0.
-            const double size = 3 * std::max(1.0, march.greatest_curvature);
-            CHECK(moments.greatest_curvature == absolute(march.greatest_curvature, size * 1e-12));
-        }
         s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
-        if (method == Method::exact && !springs) s.output.fields.push_back({0.123, all_quantities});
-        check_agree(lean(Model::maps), under(s, Model::march), 1e-12);
-        if (method == Method::published) continue;
+        if (exact && !spring) s.output.fields.push_back({0.123, all_quantities});
+        const Result maps = under(s, Model::maps);
+        s.output.extremes = true;
+        check_agree(maps, under(s, Model::march), 1e-12);
+        s.output.traces.clear(); // extremes are a default that no trace asks for
+        s.output.fields = {{0.3, all_quantities}};
+        CHECK(int(under(s, Model::maps).fields.size()) == int(all_quantities.size()));
         s.output = {{}, {}, {}, true};
         for (Quantity q : all_responses) s.sites.push_back({q, {int(random() % 5), int(random() % 3)}});
         for (Model model : {Model::sites, Model::moments})
             CHECK(difference(under(s, model).responses, under(s, Model::march).responses) < 1e-12);
     }
-}
-
-TEST_CASE("without traces, maps of a few retardation times take fields with extremes asked for: a default of traces") {
-    Scene s = small_scene(20, 12);
-    classify(s.material, s.grid, 3, false, false);
-    s.output = {.traces = {}, .probes = {}, .fields = {{0.3, all_quantities}}, .extremes = true};
-    CHECK(under(s, Model::maps).fields.size() == all_quantities.size());
 }
 
 TEST_CASE("moments of several retardation times have the same bits on any number of threads") {
