@@ -164,8 +164,8 @@ bool Bed::presses_border() const {
 double level_of(const Bed& bed, double asked) {
     // The deepest cell counts at any level above 0. From there Newton's steps lead to a level at which more cells count
     // than in the end, and fall onto it: the sum is convex in the level, and linear while the same cells count. So
-    // after the first step fewer and fewer count, but for a cell that a level rounded to a float may count or not:
-    // there the search ends. Every fourth row gives a first level.
+    // each step after the first counts fewer cells. If a step counts more, the rounding of the level to a float has
+    // brought a cell back, and the search ends. Every fourth row gives a first level.
     double level = asked;
     for (const int step : {bed.height < 16 ? 1 : 4, 1}) {
         double before = 0, n, e;
