@@ -473,8 +473,11 @@ typedef struct dermis_contacts {
     const double* ball;     // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
     double modulus;         // Pa, > 0; 0 beside radius
     size_t pad_step, position_step, force_step, radius_step, ball_step; // usually 1, 3, 3, 1, 1
-    const int32_t* body; // of dermis_touch_add_shapes: the body of each contact, 0 or more, or -1. NULL: all -1
-    size_t body_step;    // usually 1
+    const int32_t* body;  // of dermis_touch_add_shapes: the body of each contact, 0 or more, or -1. NULL: all -1
+    size_t body_step;     // usually 1
+    const double* torque; // N m, in the world, -1e12..1e12: three numbers, the moment on the pad about the contact's
+                          // place. NULL: none. Shapes press with it; patches do not
+    size_t torque_step;   // usually 3
 } dermis_contacts;
 // Takes away what the last call added, and adds contacts. poses: NULL is allowed if there is no contact. report: of all
 // pads: sums, and the greatest pressure.

@@ -38,7 +38,11 @@ struct Contacts {
     // Which body presses, any number from 0 on; -1: none that is known. Null: all -1. A body with shapes presses by
     // them, and not by patches. Bodies of different pads do not depend on each other, whatever their numbers.
     const std::int32_t* body = nullptr;
-    std::size_t pad_step = 1, position_step = 3, force_step = 3, radius_step = 1, ball_step = 1, body_step = 1;
+    // N m, in the world, -1e12..1e12: three numbers, the moment on the pad about the contact's place, as solvers give
+    // it of contacts with torsion and rolling friction. Null: none. Shapes press with it; patches do not.
+    Reals torque;
+    std::size_t pad_step = 1, position_step = 3, force_step = 3, radius_step = 1, ball_step = 1, body_step = 1,
+                torque_step = 3;
 };
 
 // What bodies look like, in the world: many shapes of one number are one rigid body. The numbers of shape i begin

@@ -30,8 +30,9 @@ struct Grip {
         places.insert(places.end(), at.begin(), at.end());
         turns.insert(turns.end(), turn.begin(), turn.end());
     }
-    void push(const Vector& at, const Vector& force, int body = 0) {
+    void push(const Vector& at, const Vector& force, int body = 0, const Vector& torque = {}) {
         named.push_back(body), on.push_back(0);
+        torques.insert(torques.end(), torque.begin(), torque.end());
         points.insert(points.end(), at.begin(), at.end());
         forces.insert(forces.end(), force.begin(), force.end());
     }
@@ -40,7 +41,8 @@ struct Grip {
                 .pad = on.data(),
                 .position = points.data(),
                 .force = forces.data(),
-                .body = named.data()};
+                .body = named.data(),
+                .torque = torques.data()};
     }
     Shapes shapes() const {
         return {.count = kinds.size(),
@@ -72,7 +74,7 @@ struct Grip {
     static constexpr Vector origin = {0, 0, 0};
     Touch touch;
     std::vector<int32_t> kinds, bodies, pads, named, on;
-    std::vector<double> sizes, places, turns, points, forces;
+    std::vector<double> sizes, places, turns, points, forces, torques;
 };
 
 } // namespace
@@ -185,12 +187,13 @@ TEST_CASE("A level at which a cell is just about to be pressed is found, whichev
 TEST_CASE("A world that is turned by a quarter, pad and body, has the same bits") {
     const std::array<double, 9> quarter_turn = {0, -1, 0, 1, 0, 0, 0, 0, 1};
     Grip here(16, 12, 1e-3), there(16, 12, 1e-3);
-    const Vector at = {2.3e-3, -1.1e-3, 4e-3}, place = {1.7e-3, 0.4e-3, 0}, force = {0.2, -0.1, -1.5};
+    const Vector at = {2.3e-3, -1.1e-3, 4e-3}, place = {1.7e-3, 0.4e-3, 0}, force = {0.2, -0.1, -1.5},
+                 torque = {3e-4, 1e-3, -2e-4};
     const auto turned = [](const Vector& v) { return Vector{-v[1], v[0], v[2]}; };
     here.shape(Body::Kind::box, {3e-3, 5e-3, 4e-3}, at);
-    here.push(place, force);
+    here.push(place, force, 0, torque);
     there.shape(Body::Kind::box, {3e-3, 5e-3, 4e-3}, turned(at), quarter_turn);
-    there.push(turned(place), turned(force));
+    there.push(turned(place), turned(force), 0, turned(torque));
     here.press();
     there.touch.add({Grip::origin.data(), quarter_turn.data()}, there.contacts(), there.shapes());
     CHECK(std::memcmp(here.touch.pressure(), there.touch.pressure(), sizeof(float) * size_t(here.cells())) == 0);
@@ -236,6 +239,26 @@ TEST_CASE("Force, shear and torsion are those of the contacts") {
     const double asked = (2e-3 * -0.2 - 1e-3 * 0.3) + (-1e-3 * 0.4 - 2e-3 * -0.1);
     CHECK(torsion * area == absolute(asked, 3e-6 * spacing));
     CHECK(std::hypot(s.centre()[0] - 0, s.centre()[1] - (1e-3 + 2 * 2e-3) / 3) <= 1e-5 * spacing);
+}
+
+TEST_CASE("A contact with a moment presses and drags as two contacts that have the same force and moment") {
+    Random random;
+    for (int draw = 0; draw < 40; ++draw) {
+        Grip one(16, 16, 1e-3, {stiffness}, 0, true), two(16, 16, 1e-3, {stiffness}, 0, true);
+        const auto drawn = [&](double most) { return random.within(-most, most); };
+        const Vector middle = {drawn(1e-3), drawn(1e-3), 0}, arm = {drawn(1e-3), drawn(1e-3), 0},
+                     force = {drawn(0.2), drawn(0.2), -1}, more = {drawn(0.2), drawn(0.2), drawn(0.5)};
+        for (Grip* s : {&one, &two}) s->shape(Body::Kind::sphere, {30e-3}, {0, 0, 30e-3});
+        for (const double side : {-1, 1})
+            two.push({middle[0] + side * arm[0], middle[1] + side * arm[1], 0},
+                     {force[0] + side * more[0], force[1] + side * more[1], force[2] + side * more[2]});
+        one.push(middle, {2 * force[0], 2 * force[1], 2 * force[2]}, 0,
+                 {2 * arm[1] * more[2], -2 * arm[0] * more[2], 2 * (arm[0] * more[1] - arm[1] * more[0])});
+        one.press(), two.press();
+        const auto list = [&](const float* first, int count) { return std::vector<float>(first, first + count); };
+        CHECK(difference(list(one.touch.pressure(), 256), list(two.touch.pressure(), 256)) <= 1e-5);
+        CHECK(difference(list(one.touch.traction(), 512), list(two.touch.traction(), 512)) <= 1e-5);
+    }
 }
 
 TEST_CASE("A light press is two cells wide, so that its centre does not jump from cell to cell") {

@@ -13,6 +13,7 @@ import hashlib
 import os
 import random
 import re
+import resource
 import shutil
 import struct
 import subprocess
@@ -36,7 +37,8 @@ SWAPS = {0x58: 0x5C, 0x5C: 0x58, 0x59: 0x58, 0x5E: 0x59, 0x5D: 0x5F, 0x5F: 0x5D}
 FLOATING = re.compile(r"v?(add|sub|mul|div|min|max)[sp][sd]$")
 X87 = {b"\xde\xc1": 0xC9, b"\xde\xc9": 0xC1, b"\xde\xe9": 0xC1, b"\xde\xf9": 0xC9}
 SHADER = {129: 131, 131: 129, 133: 129, 136: 133}  # OpFAdd, OpFSub, OpFMul, OpFDiv
-LIMIT = 300  # s, after which a suite counts as failed
+LIMIT = 300  # s of a processor, after which a suite counts as failed; or ten times as long
+COSTS = Path("build/release/Testing/Temporary/CTestCostData.txt")
 
 
 def opcode_at(code):
@@ -105,9 +107,16 @@ def places_of_shaders(program):
 def fails(program, suite):
     command = [program, f"--source-file=*/{suite}_test.cpp", "--no-skip", "--abort-after=1"]
     try:
-        return subprocess.run(command, capture_output=True, timeout=LIMIT).returncode != 0
+        return subprocess.run(command, capture_output=True, timeout=10 * LIMIT,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT))).returncode != 0
     except subprocess.TimeoutExpired:
         return True
+
+
+def usual_time(suite):
+    """The seconds that ctest has measured of a suite, so that short ones come first; 0 before the first test."""
+    return next((float(line.split()[2]) for line in COSTS.read_text().splitlines() if line.startswith(suite + " ")), 0) \
+        if COSTS.exists() else 0
 
 
 def first_failing(program, group):
@@ -117,7 +126,7 @@ def first_failing(program, group):
     missing = set(first) - names
     if missing:
         sys.exit(f"mutants: no suite is named {', '.join(sorted(missing))}")
-    rest = sorted(names - set(first) - {"shims", "faults", "memory", "threads"})
+    rest = sorted(names - set(first) - {"shims", "faults", "memory", "threads"}, key=usual_time)
     return next((suite for suite in [*first, *rest] if fails(program, suite)), "")
 
 

@@ -135,7 +135,7 @@ std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach
                    c.force,
                    size * dot(d, foot.along_x),
                    size * dot(d, foot.along_y),
-                   foot.above};
+                   foot};
 }
 
 void add(const Pad& pad, const Landing& l, const Tile& tile, const CellPress& press, ContactReport& report) {

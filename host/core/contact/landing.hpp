@@ -44,10 +44,11 @@ struct Foot {
 Foot foot_of(const Pad&, const Vector& place); // in the pad's frame
 
 // Where a contact meets a pad: its patch, whose force is the component into the pad; its whole force, N; the force's
-// components along x and y of the pad, N, and how far the contact is above the pad, m: 0 of a contact in its frame.
+// components along x and y of the pad, N; and the place on the surface, of a contact in the world.
 struct Landing {
     Contact patch;
-    double whole, along_x = 0, along_y = 0, above = 0;
+    double whole, along_x = 0, along_y = 0;
+    Foot foot = {};
 };
 Disc disc_of(const Pad&, const Contact& patch); // in units of cells
 

@@ -154,7 +154,10 @@ bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own,
     for (const Listed* c : own) {
         const std::optional<Landing> landing = landing_of(shape, pose, reach, c->contact, landed, 0.5);
         if (!landing) continue;
-        if (is_on(landing->patch)) w.add(shape, *landing);
+        const Foot& foot = landing->foot;
+        const Vector turn = turned(pose, c->torque);
+        if (is_on(landing->patch))
+            w.add(shape, *landing, {dot(turn, foot.along_x), dot(turn, foot.along_y), dot(turn, foot.normal)});
         else landed.beside += 1, landed.asked += landing->whole, landed.outside += landing->whole;
     }
     if (!(w.force > 0)) return sum_up(report, landed), true;

@@ -27,6 +27,7 @@ Listed copied(const Contacts& c, size_t i) {
     made.contact.direction = group_of<3>(c.force, c.force_step, i);
     const auto [x, y, z] = made.contact.direction;
     made.contact.force = std::sqrt(x * x + y * y + z * z);
+    if (c.torque) made.torque = group_of<3>(c.torque, c.torque_step, i);
     if (c.radius) made.contact.radius = c.radius[i * c.radius_step];
     else if (c.ball) made.ball = c.ball[i * c.ball_step];
     return made;
@@ -101,6 +102,7 @@ void need_contact(const Listed& c, size_t i, int pads, bool has_radius, bool has
     const auto &place = c.contact.position, &force = c.contact.direction;
     if (!is_within(place, greatest_length)) refuse_item(i, "contacts.position", place.data(), 3, "-1e6..1e6");
     if (!is_within(force, 1e12)) refuse_item(i, "contacts.force", force.data(), 3, "-1e12..1e12");
+    if (!is_within(c.torque, 1e12)) refuse_item(i, "contacts.torque", c.torque.data(), 3, "-1e12..1e12");
     const double& size = has_radius ? c.contact.radius : c.ball;
     if (!has_radius && !has_ball) return;
     if (!(size >= 0 && size <= greatest_length && (has_radius || size > 0)))

@@ -19,15 +19,16 @@ struct Wrench {
     double torsion = 0;                // N m, about the normal in the middle
     bool off_pad = false;              // whether a contact is beyond the pad's border
 
-    void add(const Pad& pad, const Landing& l) {
+    // torque: N m, about the contact's place, along the surface's axes there and outwards.
+    void add(const Pad& pad, const Landing& l, const Vector& torque) {
         const double x = l.patch.x - 0.5 * pad.width * pad.spacing, y = l.patch.y - 0.5 * pad.height * pad.spacing;
         // A force along a flat pad above or below its plane has a moment, which the centre of pressure takes.
-        const double lever = pad.radius_x == 0 && pad.radius_y == 0 ? l.above : 0;
+        const double lever = pad.radius_x == 0 && pad.radius_y == 0 ? l.foot.above : 0;
         force += l.patch.force, whole += l.whole;
         along_x += l.along_x, along_y += l.along_y;
-        moment_x += l.patch.force * x + lever * l.along_x;
-        moment_y += l.patch.force * y + lever * l.along_y;
-        torsion += x * l.along_y - y * l.along_x;
+        moment_x += l.patch.force * x + lever * l.along_x + torque[1];
+        moment_y += l.patch.force * y + lever * l.along_y - torque[0];
+        torsion += x * l.along_y - y * l.along_x + torque[2];
         off_pad = off_pad || l.patch.x < 0 || l.patch.x > pad.width * pad.spacing || l.patch.y < 0 ||
                   l.patch.y > pad.height * pad.spacing;
     }
@@ -39,6 +40,7 @@ struct Listed {
     int pad, body = -1;
     double ball = 0;
     WorldContact contact = {};
+    Vector torque = {};
 };
 
 // A shape that was copied.

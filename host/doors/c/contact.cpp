@@ -237,7 +237,10 @@ dermis_status dermis_touch_add_shapes(dermis_touch* touch, const dermis_poses* p
                                  .force_step = contacts->force_step,
                                  .radius_step = contacts->radius_step,
                                  .ball_step = contacts->ball_step};
-        if (contacts->size == sizeof *contacts) forces.body = contacts->body, forces.body_step = contacts->body_step;
+        if (contacts->size == sizeof *contacts) {
+            forces.body = contacts->body, forces.body_step = contacts->body_step;
+            forces.torque = contacts->torque, forces.torque_step = contacts->torque_step;
+        }
         fill(report, touch->touch.add(where, forces,
                                       {.count = shapes->count,
                                        .pad = shapes->pad,

@@ -133,10 +133,12 @@ class Instance {
                 .ball = hertz ? &config_.ball : nullptr,
                 .modulus = hertz ? config_.modulus : 0,
                 .body = body_.data(),
-                .position_step = 6,
-                .force_step = 6,
+                .torque = table_.data() + 6,
+                .position_step = 9,
+                .force_step = 9,
                 .radius_step = 0,
-                .ball_step = 0};
+                .ball_step = 0,
+                .torque_step = 9};
     }
     // A contact presses the pads on the body of one of its geoms. Its place is the middle between both surfaces.
     void add_contact(const mjModel* m, mjData* d, int k, int side) {
@@ -146,15 +148,16 @@ class Instance {
             if (m->geom_bodyid[c.geom[side]] != pads_[p].body) continue;
             for (int geom : c.geom)
                 if (geom >= 0) keep_awake(m, d, m->geom_bodyid[geom]);
-            mjtNum own[6], force[3], place[3];
+            mjtNum own[6], force[6], place[3]; // forces with their moments
             mj_contactForce(m, d, k, own);
             mju_mulMatTVec(force, c.frame, own, 3, 3);
-            if (side == 0) mju_scl3(force, force, -1);                             // it acts on the second geom
+            mju_mulMatTVec(force + 3, c.frame, own + 3, 3, 3);
+            if (side == 0) mju_scl(force, force, -1, 6);                           // they act on the second geom
             mju_addScl3(place, c.pos, c.frame, (side == 0 ? -0.5 : 0.5) * c.dist); // on this geom's surface
             pad_.push_back(int32_t(p));
             body_.push_back(config_.bodies ? shapes_.add(m, d, int32_t(p), c.geom[1 - side]) : -1);
             table_.insert(table_.end(), place, place + 3);
-            table_.insert(table_.end(), force, force + 3);
+            table_.insert(table_.end(), force, force + 6);
         }
     }
     // A body that sleeps has no contacts, so what touches a pad is kept from falling asleep, as if it still moved.
@@ -208,7 +211,7 @@ class Instance {
     const std::vector<Pad> pads_;
     Skin skin_;
     contact::Touch touch_;
-    std::vector<double> places_, axes_, table_; // table_: place and force of each contact
+    std::vector<double> places_, axes_, table_; // table_: place, force and moment of each contact
     std::vector<int32_t> pad_, body_;           // of each contact
     Shapes shapes_;
     std::vector<mjtNum> held_; // the state in mjData that the skin had last; all 0: a skin at rest

@@ -12,7 +12,7 @@ template <class Number> struct Column {
     std::optional<AnyArray> array; // keeps the numbers
     std::vector<Number> own;       // those that are no array of this type
     const Number* data = nullptr;
-    size_t count = 0, step = 0;
+    size_t count = 0, step = 0, numbers = 0; // numbers: of a group
 };
 
 // Whether an array's last axes have these lengths, their numbers one after another, and its other axes are as one.
@@ -51,10 +51,10 @@ Column<double> column_in(nb::handle argument, const char* parameter, const std::
     for (const std::vector<size_t>& group : groups) {
         if (const auto& a = column.array; fits(group)) {
             const size_t outer = a->ndim() - group.size();
-            size_t numbers = 1;
-            for (size_t n : group) numbers *= n;
-            column.count = a->size() / numbers;
-            column.step = outer == 0 ? numbers : size_t(a->stride(outer - 1));
+            column.numbers = 1;
+            for (size_t n : group) column.numbers *= n;
+            column.count = a->size() / column.numbers;
+            column.step = outer == 0 ? column.numbers : size_t(a->stride(outer - 1));
             column.data = static_cast<const double*>(a->data());
             return column;
         }
@@ -154,7 +154,8 @@ contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::
     Column<int32_t> bodies;
     if (!body.is_none()) bodies = pads_in(body, "body");
     const ShapeColumns listed = shapes.is_none() ? ShapeColumns() : ShapeColumns(shapes);
-    const Column<double> places = column_in(position, "position", {{3}}), forces = column_in(force, "force", {{3}});
+    const Column<double> places = column_in(position, "position", {{3}}),
+                         forces = column_in(force, "force", {{3}, {6}});
     const Column<double> radii = sizes_in(radius, "radius"), balls = sizes_in(ball, "ball");
     if (!radii.data && !balls.data && !bodies.data)
         scene::refuse("radius", "None", "m, of the patches; or ball and modulus; or body, with shapes");
@@ -177,12 +178,14 @@ contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::
                       .ball = balls.data,
                       .modulus = modulus,
                       .body = bodies.data,
+                      .torque = forces.numbers == 6 ? forces.data + 3 : nullptr,
                       .pad_step = pads.step,
                       .position_step = places.step,
                       .force_step = forces.step,
                       .radius_step = radii.step,
                       .ball_step = balls.step,
-                      .body_step = bodies.step},
+                      .body_step = bodies.step,
+                      .torque_step = forces.step},
                      listed.columns());
 }
 
@@ -248,7 +251,9 @@ void bind_touch(nb::module_& m) {
              "shape (count, 3, 3) or (count, 9), as MuJoCo's site_xmat.\n"
              "pad: the number of the pad that each contact presses, integers. position: m, in the world, (contacts, "
              "3).\n"
-             "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact.\n"
+             "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact. (contacts, 6): "
+             "and the\nmoment on it, N m, of contacts with torsion and rolling friction; shapes press with it, patches "
+             "do not.\n"
              "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
              "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.\n"
              "body: the number of the body of each contact, from 0 on, or -1. shapes: what bodies look like. A body "

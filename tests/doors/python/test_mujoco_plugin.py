@@ -362,6 +362,27 @@ def test_a_finger_that_goes_on_beyond_its_pad_carries_the_rest():
         assert placed / (placed + outside) == pytest.approx(share, abs=2e-3)
 
 
+def test_a_body_that_turns_on_a_finger_drags_the_skin_round_by_the_torsion_of_its_single_contact():
+    # A heavy ball that spins on a flat finger has one contact, whose friction is a moment alone (condim 4).
+    m = mujoco.MjModel.from_xml_string("""<mujoco><extension><plugin plugin="dermis.skin"><instance name="skin">
+<config key="size" value="16 16"/><config key="spacing" value="1e-3"/><config key="responses" value="force shear_x shear_y"/>
+</instance></plugin></extension><default><geom condim="4" friction="0.9 0.005 0"/></default><worldbody>
+<geom type="box" size=".008 .008 .004" pos="0 0 -.004"/><site name="pad"/>
+<body pos="0 0 .0299"><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 0 1"/><geom size=".03"/></body></worldbody>
+<sensor><plugin instance="skin" objtype="site" objname="pad"/></sensor></mujoco>""")
+    data = mujoco.MjData(m)
+    data.qvel[1] = 50
+    mujoco.mj_step(m, data, 50)
+    wrench = np.zeros(6)
+    mujoco.mj_contactForce(m, data, 0, wrench)
+    assert abs(wrench[3]) == pytest.approx(0.005 * wrench[0], rel=1e-3)
+    x, y = data.sensordata[2:].reshape(2, 16, 16)
+    place = (np.arange(16) - 7.5) * 1e-3
+    turn = np.sum(place[None, :] * y - place[:, None] * x)
+    assert abs(x.sum()) + abs(y.sum()) <= 1e-5 * np.abs(x).sum()
+    assert turn > 0.9 * np.sum(np.hypot(place[None, :], place[:, None]) * np.hypot(x, y))
+
+
 def test_the_flat_fingers_of_a_gripper_keep_the_force_with_which_they_hold_and_lift_a_bottle():
     m = mujoco.MjModel.from_xml_path(str(HAND.parent / "gripper.xml"))
     data = mujoco.MjData(m)

@@ -109,6 +109,10 @@ def test_the_whole_force_of_a_box_half_below_a_finger_presses_the_half_that_is_b
                               faces=np.c_[faces, [0.02, 0.02, 0.01] * 2])
     _, other = pressed_by(hull)
     np.testing.assert_allclose(other.pressure, touch.pressure, rtol=1e-6)
+    # The second contact's force in the place of the first, and the moment that this takes away.
+    _, other = pressed_by(box_below_a_finger(), position=[[0, -0.012, 0], [0, -0.012, 0]],
+                          force=[[0, 0, -1, 0, 0, 0], [0, 0, -1, -0.024, 0.012, 0]])
+    np.testing.assert_allclose(other.pressure, touch.pressure, rtol=1e-5)
 
 
 def test_depth_images_press_with_their_forces_and_say_where_they_stop_too_early():
@@ -207,7 +211,7 @@ def test_a_shape_that_is_wrong_is_refused_by_name(change, words):
     ({"force": np.zeros((9, 3))}, "force = 9 of them; allowed: 10, one for each contact"),
     ({"middle": np.zeros((4, 3))}, "middle = 4 of them; allowed: 5, one for each pad"),
     ({"rotation": np.zeros((5, 3, 2))}, "rotation = float64 array of shape (5, 3, 2); allowed: numbers of shape (..., 3, 3) or (..., 9)"),
-    ({"force": [[0, 0, 1], [1]]}, "force = [[0, 0, 1], [1]]; allowed: numbers of shape (..., 3)"),
+    ({"force": [[0, 0, 1], [1]]}, "force = [[0, 0, 1], [1]]; allowed: numbers of shape (..., 3) or (..., 6)"),
     ({"radius": None}, "radius = None; allowed: m, of the patches; or ball and modulus; or body, with shapes"),
     ({"pad": np.full(10, 2**40)}, "pad = 1099511627776; allowed: whole numbers of 32 bits"),
     ({"position": np.zeros((10, 3), str)}, "position = "),
