@@ -36,7 +36,7 @@ double roundings_of(const model::Spread& levels) {
 
 // Reduces the materials to a number that the analysis has time and memory for. At a given retardation time errors scale
 // with peak/modulus and peak/viscosity, so the materials with the greatest of either represent all materials in a
-// range of retardation times, under a pressure that is greater by the ratio of the range's ends.
+// range of retardation times, under their pressure times the range's longest time over its shortest.
 constexpr size_t ranges = 32;
 
 bool too_many(size_t materials, double steps) {
