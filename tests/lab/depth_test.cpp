@@ -151,6 +151,34 @@ TEST_CASE("what a cell adds is right to its last place, however near, deep or fa
         }
 }
 
+TEST_CASE("weights that are computed in 53 binary digits are off by no more than the excess for 53 digits") {
+    constexpr int n = 60;
+    for (double h : {0x1p-14, 5e-5, 7.7e-4})
+        for (double depth : {1e-3, 0.05, 0.3, 1.9, 2.1, 10.0, 44.0, 79.0, 1000.0, 2e4}) // cells
+            for (auto kernel : {DepthKernel::stress, DepthKernel::strain, DepthKernel::displacement})
+                for (double nu : {0.3, 0.5}) {
+                    CAPTURE(depth);
+                    CAPTURE(kernel);
+                    CAPTURE(nu);
+                    const model::Depth below{depth * h, kernel, nu};
+                    const model::HalfSpace space({.width = n, .height = n, .spacing = h}, below);
+                    const model::PointForce<double> force(below);
+                    double sum = 0, most = 0;
+                    for (int y = 0; y < n; ++y)
+                        for (int x = 0; x < n; ++x) {
+                            const double off = model::of_square(x * h, y * h, h, force) - space.weight(x, y);
+                            sum += (x > 0 ? 2 : 1) * (y > 0 ? 2 : 1) * std::abs(off),
+                                most = std::max(most, std::abs(off));
+                        }
+                    // `off` has the rounding of the better weight too, of half a unit.
+                    CHECK(sum <= space.excess(space.norm(), 4.0 * n * n, 53) + 1.6 * 0x1p-53 * space.norm());
+                    CHECK(most <= space.excess(space.most(), 1, 53) + 1.6 * 0x1p-53 * space.most());
+                    CHECK(space.excess(space.norm(), 4.0 * n * n, 53) >= 14 * 0x1p-53 * space.norm());
+                    if (depth < 0.3) continue; // the terms of a strain may cancel there, whatever the digits
+                    for (int digits : {64, 106, 113}) CHECK(space.excess(space.norm(), 4.0 * n * n, digits) == 0);
+                }
+}
+
 TEST_CASE("stresses at a depth are within their bound, which is at most 100 times their error") {
     std::mt19937 random(4);
     std::uniform_real_distribution<double> number(-1, 1);

@@ -141,7 +141,9 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
         } else {
             m.least = schedule.framed ? 0 : least_of(as.pressure);
             m.off = unit_of_double;
-            if (schedule.framed) m.off += space.roundings<double>();
+            const double norm = std::max(space.norm(), 1e-300),
+                         excess = space.excess(norm, double(skin.cells())) / norm;
+            if (schedule.framed) m.off += space.roundings<double>() + excess;
             else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
         }
         m.pressed.around = 2 * m.pressed.peak; // its roundings are not those of the cell that is counted
