@@ -469,9 +469,9 @@ typedef struct dermis_contacts {
     const int32_t* pad;     // which pad the force presses, in any order
     const double* position; // m, in the world, -1e6..1e6: three numbers
     const double* force;    // N, in the world, -1e12..1e12: three numbers, the force on the pad; 0 is no contact
-    const double* radius;   // m, of the patch, 0..1e6. NULL: Hertz's, by ball and modulus, at least two cells
-    const double* ball;     // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
-    double modulus;         // Pa, > 0; 0 beside radius
+    const double* radius; // m, of the patch, 0..1e6. NULL: Hertz's, by ball and modulus, a radius of two cells or more
+    const double* ball;   // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
+    double modulus;       // Pa, > 0; 0 beside radius
     size_t pad_step, position_step, force_step, radius_step, ball_step; // usually 1, 3, 3, 1, 1
     const int32_t* body;  // of dermis_touch_add_shapes: the body of each contact, 0 or more, or -1. NULL: all -1
     size_t body_step;     // usually 1

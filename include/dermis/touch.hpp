@@ -32,7 +32,7 @@ struct Contacts {
     Reals position;                    // m, in the world, -1e6..1e6: three numbers
     Reals force;        // N, in the world, -1e12..1e12: three numbers, the force on the pad. A force of 0 is no contact
     Reals radius;       // m, of the patch, 0..1e6. Null: Hertz's, by `ball` and `modulus` and the component into the
-                        // pad, but at least two cells
+                        // pad, but at least a radius of two cells
     Reals ball;         // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. Null beside `radius`
     double modulus = 0; // Pa, > 0, as hertz_radius() takes it. 0 beside `radius`
     // Which body presses, any number from 0 on; -1: none that is known. Null: all -1. A body with shapes presses by
@@ -74,7 +74,7 @@ struct DepthImages {
 // cell is stiffness*(depth + level), where that is above 0; by the level the pressures sum to the force, and the depth
 // to which the solver lets bodies sink in does not matter. Tilts bring the centre of pressure to that of the contacts,
 // unless it is so near a border that the patch would shrink to a line. Contacts count whose force is within 60 degrees
-// of the pad's normal. Patches less than about two cells wide are made so, by a lower stiffness.
+// of the pad's normal. A lower stiffness widens a patch whose radius would be less than about two cells.
 struct Source {
     double stiffness = 0; // Pa/m, 1e-6..1e30: of the skin's own, contact::skin_stiffness(). 0 where there are no shapes
     // m of the finger's surface beyond the pad's borders x = 0, x = width*spacing, y = 0 and y = height*spacing: it

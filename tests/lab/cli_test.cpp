@@ -164,7 +164,7 @@ TEST_CASE(
         CHECK(o.out.find(" us per press on 1 thread, ") != o.out.npos);
         CHECK(o.out.find(" % of a step of 2 ms") != o.out.npos);
         CHECK((o.out.find(Device::list()[0].name) != o.out.npos) == (device == std::string("vulkan")));
-        CHECK(o.out.find('\n') == o.out.size() - 1);
+        CHECK(o.out.substr(o.out.find('\n') + 1) == "next: dermis plan " + pad + "\n");
     }
     CHECK(begins(command(folder, "bench " + pad + " --device cpu").out, "4 x 6: "));
     for (const auto& [call, says] : {std::pair{"bench " + pad + " --count 0", "count = 0; allowed: 1..1048576"},
@@ -191,7 +191,7 @@ TEST_CASE("dermis devices lists, dermis check compares every kernel and a run of
         CHECK(check.status == 0);
         for (const char* part :
              {": press 5686e7a42263fab5 0 of ", "; reduce f84ebb9b8c99e937 0 of ", "; sites 0111ea184e96e0b7 0 of ",
-              "; touch 170eb93f5238f415 0 of ", " differ; exact\n"})
+              "; touch 170eb93f5238f415 0 of ", " differ; exact\n", "\nnext: dermis run "})
             CHECK_MESSAGE(check.out.find(part) != std::string::npos, check.out);
     }
 }
@@ -233,7 +233,8 @@ TEST_CASE("work longer than a second shows progress on a terminal; shorter work,
         std::fclose(file);
         const std::string shown = slurp(path);
         if (terminal && seconds > 1) {
-            CHECK(shown.find("marching  50 %") != std::string::npos);
+            CHECK(shown.find("marching  50 %, ") != std::string::npos);
+            CHECK(shown.find(" s left") != std::string::npos);
             CHECK(shown.find("25 %") == std::string::npos);
             CHECK(shown.substr(shown.size() - 4) == "\r\033[K"); // taken away at the end
         } else {
@@ -430,6 +431,8 @@ TEST_CASE("bench --errors runs every candidate below its bound, and the other me
     CHECK_MESSAGE(o.status == 0, o.err);
     CHECK(o.out.find("/errors.csv\n") != std::string::npos);
     CHECK(o.out.find(" in fa") != std::string::npos); // the output with the greatest error
+    const std::string last = "open first: " + out + "/errors.png\nnext: dermis plan " + scene + "\n";
+    CHECK_MESSAGE(o.out.ends_with(last), o.out);
     CHECK(names_in(folder / "e") == "errors.csv errors.png ");
     std::ifstream table(folder / "e/errors.csv");
     std::string line;

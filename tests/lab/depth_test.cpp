@@ -151,6 +151,50 @@ TEST_CASE("what a cell adds is right to its last place, however near, deep or fa
         }
 }
 
+TEST_CASE("weights that are computed in 53 binary digits are off by no more than the excess for 53 digits") {
+    constexpr int n = 60;
+    for (double h : {0x1p-14, 5e-5, 7.7e-4})
+        for (double depth : {1e-3, 0.05, 0.3, 1.9, 2.1, 10.0, 44.0, 79.0, 1000.0, 2e4}) // cells
+            for (auto kernel : {DepthKernel::stress, DepthKernel::strain, DepthKernel::displacement})
+                for (double nu : {0.3, 0.5}) {
+                    CAPTURE(depth);
+                    CAPTURE(kernel);
+                    CAPTURE(nu);
+                    const model::Depth below{depth * h, kernel, nu};
+                    const model::HalfSpace space({.width = n, .height = n, .spacing = h}, below);
+                    const model::PointForce<double> force(below);
+                    double sum = 0, most = 0;
+                    for (int y = 0; y < n; ++y)
+                        for (int x = 0; x < n; ++x) {
+                            const double off = model::of_square(x * h, y * h, h, force) - space.weight(x, y);
+                            sum += (x > 0 ? 2 : 1) * (y > 0 ? 2 : 1) * std::abs(off),
+                                most = std::max(most, std::abs(off));
+                        }
+                    // `off` has the rounding of the better weight too, of half a unit.
+                    CHECK(sum <= space.excess(space.norm(), 4.0 * n * n, 53) + 1.6 * 0x1p-53 * space.norm());
+                    CHECK(most <= space.excess(space.most(), 1, 53) + 1.6 * 0x1p-53 * space.most());
+                    CHECK(space.excess(space.norm(), 4.0 * n * n, 53) >= 14 * 0x1p-53 * space.norm());
+                    if (depth < 0.3) continue; // the terms of a strain may cancel there, whatever the digits
+                    for (int digits : {64, 106, 113}) CHECK(space.excess(space.norm(), 4.0 * n * n, digits) == 0);
+                }
+}
+
+TEST_CASE("the strain just below a cell that keeps its volume is within its excess, though its terms cancel") {
+    for (double depth : {1e-6, 1e-5, 1e-4}) // cells
+        for (double h : {1e-3, 5e-5, 7.7e-4}) {
+            CAPTURE(depth);
+            CAPTURE(h);
+            const model::HalfSpace space({.width = 1, .height = 1, .spacing = h},
+                                         {depth * h, DepthKernel::strain, 0.5});
+            // Love's solution on the axis of a square; its arcs cancel at a Poisson's ratio of 1/2.
+            const long double a = h / 2.0L, z = depth * h, R = std::sqrt(2 * a * a + z * z),
+                              exact = 6 / std::numbers::pi_v<long double> * a * a * z / (R * (a * a + z * z));
+            const double off = double(std::abs(space.weight(0, 0) - exact)), plain = 1.1 * 0x1p-53 * double(exact);
+            CHECK(off <= plain + space.excess(double(exact), 1));
+            if (std::numeric_limits<long double>::digits == 64) CHECK(off > plain); // so that the excess is needed
+        }
+}
+
 TEST_CASE("stresses at a depth are within their bound, which is at most 100 times their error") {
     std::mt19937 random(4);
     std::uniform_real_distribution<double> number(-1, 1);

@@ -187,6 +187,7 @@ TEST_CASE("dermis fit finds the published constants in the examples, and prints 
         const bool drawn = fs::exists(out / "fit.png");
         CHECK(o.out.find(drawn ? "fit.png" : "no picture: ") != std::string::npos);
         CHECK(o.out.find(slurp(out / "material.toml")) == 0);
+        CHECK(o.out.find("\n# next: put the table [material] of ") != std::string::npos);
     }
 }
 

@@ -255,7 +255,7 @@ void bind_touch(nb::module_& m) {
              "and the\nmoment on it, N m, of contacts with torsion and rolling friction; shapes press with it, patches "
              "do not.\n"
              "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
-             "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.\n"
+             "least 2*spacing. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.\n"
              "body: the number of the body of each contact, from 0 on, or -1. shapes: what bodies look like. A body "
              "with\n"
              "shapes presses by them: its contacts give force, centre, shear and torsion, its shapes the profile.")

@@ -100,7 +100,18 @@ void compare(Way& way, const Truth& truth, const Outputs& outputs) {
     }
 }
 
-// Runs a scene again and again for half a second, at least three times and at most nine times.
+void print(const Way& w) {
+    fmt::print("{:<14} {:<8} {:<16} {:<24.24} step {:<9.4g} ", name(w.method), name(w.candidate.model),
+               name(w.candidate.precision), w.candidate.device, w.step);
+    if (w.seconds.empty()) return fmt::print("refused\n");
+    fmt::print("{:>9.3g} s  error {:<8.2g}{:<8}", w.seconds[w.seconds.size() / 2], w.error,
+               w.worst.empty() ? "" : "in " + w.worst);
+    if (std::isfinite(w.candidate.error))
+        fmt::print(" at most {:.2g}{}", w.candidate.error, w.broken() ? ": BROKEN" : "");
+    fmt::print("\n");
+}
+
+// Runs a scene again and again for half a second, at least three times and at most nine times, and prints the result.
 Way measured(Way way, const Scene& scene, const Device& device, const Truth& truth) {
     const double start = seconds_now();
     try {
@@ -117,6 +128,8 @@ Way measured(Way way, const Scene& scene, const Device& device, const Truth& tru
         way.candidate.refused = e.what();
     }
     std::ranges::sort(way.seconds);
+    print(way);
+    std::fflush(stdout);
     return way;
 }
 
@@ -172,17 +185,6 @@ std::string table_of(const std::vector<Way>& ways) {
     return text;
 }
 
-void print(const Way& w) {
-    fmt::print("{:<14} {:<8} {:<16} {:<24.24} step {:<9.4g} ", name(w.method), name(w.candidate.model),
-               name(w.candidate.precision), w.candidate.device, w.step);
-    if (w.seconds.empty()) return fmt::print("refused\n");
-    fmt::print("{:>9.3g} s  error {:<8.2g}{:<8}", w.seconds[w.seconds.size() / 2], w.error,
-               w.worst.empty() ? "" : "in " + w.worst);
-    if (std::isfinite(w.candidate.error))
-        fmt::print(" at most {:.2g}{}", w.candidate.error, w.broken() ? ": BROKEN" : "");
-    fmt::print("\n");
-}
-
 } // namespace
 
 int bench_scene(const std::string& path, int pads, const std::string& device) {
@@ -199,7 +201,7 @@ int bench_scene(const std::string& path, int pads, const std::string& device) {
                         i == 2 ? devices[i].info().name : fmt::format("{} thread{}", threads, i ? "s" : ""), share,
                         share < 10 ? 1 : 0, i ? "" : fmt::format(" of a step of {:.6g} ms", 1e3 * scene.time.step));
     }
-    fmt::print("{}\n", text);
+    fmt::print("{}\nnext: dermis plan {}\n", text, path);
     return 0;
 }
 
@@ -209,7 +211,6 @@ int bench_errors(const std::string& path, const std::string& out, const std::str
     std::vector<Way> ways;
     add_candidates(ways, scene, cpu, other);
     add_methods(ways, scene, cpu);
-    for (const Way& w : ways) print(w);
     const output::Folder folder(out);
     output::write_file(folder.path() / "errors.csv", table_of(ways));
     fmt::print("{}\n", (folder.path() / "errors.csv").string());
@@ -218,8 +219,9 @@ int bench_errors(const std::string& path, const std::string& out, const std::str
     free.tolerance.reset();
     const double tolerance = scene.tolerance.value_or(plan(free, cpu).tolerance);
     const std::string file = output::Path(path).filename().string();
-    if (output::draw(plot_script, folder.path(), {"errors", file, shortest(tolerance)}).empty())
-        fmt::print("{}\n", (folder.path() / "errors.png").string());
+    const bool drawn = output::draw(plot_script, folder.path(), {"errors", file, shortest(tolerance)}).empty();
+    fmt::print("open first: {}\nnext: dermis plan {}\n",
+               (folder.path() / (drawn ? "errors.png" : "errors.csv")).string(), path);
     return std::ranges::any_of(ways, &Way::broken);
 }
 

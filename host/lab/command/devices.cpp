@@ -114,6 +114,9 @@ int check_devices(const std::string& only, bool json) {
         fmt::print(" {}\n", same ? "exact" : "NOT exact");
     }
     if (json) output::print(answers);
+    else if (exact)
+        fmt::print("next: dermis run scene.toml --out results{}\n", only.empty() ? "" : " --device " + only);
+    else fmt::print("next: dermis devices; a device that is not exact is used only if it is named\n");
     return exact ? 0 : 1;
 }
 

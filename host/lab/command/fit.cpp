@@ -40,8 +40,9 @@ int fit_data(const FitArguments& a) {
     if (const int status = output::run(python, fit_script, {}, request(a, curves)); status || a.out.empty())
         return status;
     const std::string why_not = output::draw(plot_script, out, {"fit"});
-    if (why_not.empty()) fmt::print("# {}\n", (out / "fit.png").string());
+    if (why_not.empty()) fmt::print("# open first: {}\n", (out / "fit.png").string());
     else fmt::print("# no picture: {}\n", why_not);
+    fmt::print("# next: put the table [material] of {} into a scene\n", (out / "material.toml").string());
     return 0;
 }
 

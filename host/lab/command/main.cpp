@@ -196,8 +196,10 @@ int run_scene(const Arguments& a) {
         for (const std::string& warning : output::warnings(own, r)) fmt::print("{}warning: {}\n", which, warning);
         if (refused != r.device.refused) fmt::print("{}\n", refused = r.device.refused);
         if (a.verbose && !several) print_details(a, own, r);
+        if (several) progress(double(run + 1) / double(plan.runs.size()));
     };
     const RunsDone done = run_all(folder, plan, device, options, a.resume, say);
+    progress.clear();
     if (a.json) {
         output::Json summaries = output::Json::array();
         for (size_t i = 0; i < plan.runs.size(); ++i) summaries.push_back(output::summary_of(plan.folder(out, i)));

@@ -15,6 +15,10 @@
 
 #include <fmt/format.h>
 
+#ifndef O_BINARY
+#define O_BINARY 0 // only Windows has files that are text
+#endif
+
 namespace dermis::output {
 namespace {
 
@@ -172,7 +176,7 @@ int PartFile::created() {
     for (long number = ::getpid();; ++number) {
         std::string name = fmt::format("{}{}{}{}", path_.string(), before_number, number, after_number);
         const HeldSignals signals;
-        const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
+        const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC | O_BINARY, 0644);
         if (file >= 0) {
             leftover_.emplace(std::move(name), signals);
             return file;

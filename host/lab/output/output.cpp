@@ -259,7 +259,9 @@ void Progress::operator()(double done) {
         return;
     shown_ = now;
     showing_ = true;
-    fmt::print(to_, "\r\033[K{} {:3.0f} %", what_, 100 * done);
+    const double passed = std::chrono::duration<double>(now - start_).count(); // s
+    fmt::print(to_, "\r\033[K{} {:3.0f} %, {:.0f} s left", what_, 100 * done,
+               passed * (1 - done) / std::max(done, 1e-3));
 }
 
 } // namespace dermis::output

@@ -32,8 +32,8 @@ std::vector<std::string> greatest_responses(const Scene&, const Result&);
 // Returns a line with the number of spikes and the afferent of the greatest rate; empty without afferents.
 std::string spikes_line(const Scene&, const Result&);
 
-// A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no
-// terminal.
+// A line on the terminal that shows the share of the work done and the seconds left, once a second has passed; nothing
+// where stderr is no terminal.
 class Progress {
   public:
     explicit Progress(std::string what, bool on_terminal = isatty(2), FILE* to = stderr)

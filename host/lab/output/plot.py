@@ -15,6 +15,7 @@ import io
 import json
 import os
 import sys
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -621,11 +622,24 @@ def _write(path: Path, content: bytes) -> None:
         part.unlink(missing_ok=True)
 
 
+def _noted(figures: Mapping[str, Figure], part: int) -> Iterable[tuple[str, Figure]]:
+    """Yield the figures, and show on a terminal how many of three parts of the work are done and the seconds left."""
+    start = time.monotonic()
+    for done, item in enumerate(figures.items()):
+        yield item
+        share = (part + (done + 1) / len(figures)) / 3
+        left = (time.monotonic() - start) * (1 - share) * 3 * len(figures) / (done + 1)
+        if sys.stderr.isatty():
+            text = f"drawing {100 * share:3.0f} %, {left:.0f} s left" if share < 1 else ""
+            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+
+
 def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> None:
     """Write each figure as PNG and SVG, and report.html with all of them."""
-    wide = {name: _drawn(figure, "svg") for name, figure in figures.items()}
-    narrow = {name: _drawn(slim, "svg") for name, slim in figures_of(dataclasses.replace(source, narrow=True)).items()}
-    for name, figure in figures.items():
+    slim = figures_of(dataclasses.replace(source, narrow=True))
+    wide = {name: _drawn(figure, "svg") for name, figure in _noted(figures, 0)}
+    narrow = {name: _drawn(figure, "svg") for name, figure in _noted(slim, 1)}
+    for name, figure in _noted(figures, 2):
         _write(folder / f"{name}.svg", wide[name])
         _write(folder / f"{name}.png", _drawn(figure, "png"))
     if isinstance(source, Run):

@@ -36,7 +36,7 @@ double roundings_of(const model::Spread& levels) {
 
 // Reduces the materials to a number that the analysis has time and memory for. At a given retardation time errors scale
 // with peak/modulus and peak/viscosity, so the materials with the greatest of either represent all materials in a
-// range of retardation times, under a pressure that is greater by the ratio of the range's ends.
+// range of retardation times, under their pressure times the range's longest time over its shortest.
 constexpr size_t ranges = 32;
 
 bool too_many(size_t materials, double steps) {
@@ -141,7 +141,9 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
         } else {
             m.least = schedule.framed ? 0 : least_of(as.pressure);
             m.off = unit_of_double;
-            if (schedule.framed) m.off += space.roundings<double>();
+            const double norm = std::max(space.norm(), 1e-300),
+                         excess = space.excess(norm, double(skin.cells())) / norm;
+            if (schedule.framed) m.off += space.roundings<double>() + excess;
             else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
         }
         m.pressed.around = 2 * m.pressed.peak; // its roundings are not those of the cell that is counted

@@ -103,7 +103,7 @@ struct Realised {
     Candidate decision;
     Device device;                    // the one that computes: the CPU path for all but a march in float
     SharedMoments moments;            // null where cells are stepped
-    std::unique_ptr<Witness> witness; // null where no tolerance binds
+    std::unique_ptr<Witness> witness; // null if no tolerance binds, and as witness_of()
 
     bool sites_alone() const { return decision.model == Model::sites; }
 };

@@ -195,8 +195,9 @@ void Witness::tell(Result& result) const {
 }
 
 std::unique_ptr<Witness> witness_of(model::PreparedRun& run, const Candidate& taken, const planner::Peaks& peaks) {
-    const std::vector<WitnessCell> cells = witness_cells(run.skin, run.schedule, taken);
     const Precision precision = taken.model == Model::march ? taken.precision : Precision::f64;
+    if (precision == Precision::f64 && std::numeric_limits<long double>::digits == 53) return nullptr;
+    const std::vector<WitnessCell> cells = witness_cells(run.skin, run.schedule, taken);
     return std::make_unique<Witness>(run.skin, run.schedule, cells, peaks,
                                      planner::arithmetic_of(precision, false).stored);
 }

@@ -87,7 +87,7 @@ class Witness {
 };
 
 // The witness of a run by a candidate, in some 4 to 32 cells or sites. Cells become the last of the schedule's points.
-// Of a sum of loads only means and extremes are compared.
+// Of a sum of loads only means and extremes are compared. Null for a run in double if long double has no more digits.
 std::unique_ptr<Witness> witness_of(model::PreparedRun&, const Candidate&, const planner::Peaks&);
 
 } // namespace dermis

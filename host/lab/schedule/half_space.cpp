@@ -96,6 +96,16 @@ HalfSpace::HalfSpace(const Grid& grid, const Depth& depth)
         }
 }
 
+// A weight is off by at most `units` roundings of its terms. Those of a strain cancel, fully at the surface of what
+// keeps its volume: one is a stress, of which all cells have 1 in sum and one has 3/(2 pi) of the square of
+// spacing/depth.
+double HalfSpace::excess(double magnitudes, double sum, int digits) const {
+    constexpr double units = 16, of_axis = 1.5 / std::numbers::pi;
+    const double z = in_cells_.depth, stress = (1 + depth_.poisson) * std::min(1.0, sum * of_axis / (z * z)),
+                 terms = magnitudes + (depth_.kernel == DepthKernel::strain ? 2 * stress : 0);
+    return std::max(units * std::ldexp(terms, -digits) - 0.1 * 0x1p-53 * magnitudes, 0.0);
+}
+
 std::shared_ptr<const Spread> HalfSpace::spread() const {
     if (!spread_) spread_ = std::make_shared<const Spread>(spread_of(in_cells_, width_, height_));
     return spread_;
@@ -172,8 +182,8 @@ double error_of_stresses(const std::vector<double>& map, const Grid& grid, const
     for (double p : map) most = std::max(most, std::abs(p));
     for (double p : map) sum += most == 0 ? 0 : std::abs(p) / most, squares += most == 0 ? 0 : (p / most) * (p / most);
     const double both = std::sqrt(squares) * length_of(space),
-                 magnitudes = std::min({space.norm(), both, sum * space.most()}); // no stress has more
-    const double rounded = 1.1 * 0x1p-53 * magnitudes; // the weights, and what they are off before
+                 magnitudes = std::min({space.norm(), both, sum * space.most()});      // no stress has more
+    const double rounded = 1.1 * 0x1p-53 * magnitudes + space.excess(magnitudes, sum); // of the weights
     if (is_small(grid)) return (1 + 1e-9) * most * (rounded + space.roundings<long double>() * magnitudes);
     const double levels = std::log2(double(smooth(size_t(2 * grid.width - 1)) * smooth(size_t(2 * grid.height - 1))));
     return (1 + 1e-9) * most * (rounded + unit * (3 * 22 * levels + 4) * 1.8 * both);

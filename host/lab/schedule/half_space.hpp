@@ -26,6 +26,10 @@ class HalfSpace {
     template <class T> double roundings() const {
         return double(std::numeric_limits<T>::epsilon()) / 2 * (0.25 * width_ + height_ + 4);
     }
+    // What the weights of the cells that a map presses may be off in sum, beyond 1.1 half units of double's last place,
+    // of a map with a greatest |pressure| of 1. `magnitudes`: at least the sum of |weight*pressure|. `sum`: of
+    // |pressure|. The weights are computed in numbers with that many binary digits.
+    double excess(double magnitudes, double sum, int digits = std::numeric_limits<long double>::digits) const;
     // The sum of all |weights|: no stress exceeds it times the greatest |pressure|. Also the sum of their squares, and
     // the greatest one.
     double norm() const { return norm_; }
