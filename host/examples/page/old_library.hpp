@@ -61,6 +61,7 @@ template <class R, class V> auto find(R&& r, const V& value) { return std::find(
 template <class R, class V, class Projection> auto find(R&& r, const V& value, Projection projection) {
     return std::find_if(begin(r), end(r), [&](auto&& a) { return invoke(projection, a) == value; });
 }
+template <class R, class F> auto find_if(R&& r, F f) { return std::find_if(begin(r), end(r), f); }
 template <class R, class F, class Projection = Same> bool any_of(R&& r, F f, Projection projection = {}) {
     return std::any_of(begin(r), end(r), [&](auto&& a) -> bool { return invoke(f, invoke(projection, a)); });
 }
