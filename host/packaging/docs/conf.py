@@ -2,6 +2,7 @@
 """The site of `./run docs`: pages, public headers and the Python package, by Sphinx. It reads a copy of the tree, so that
 links between pages and to other files lead somewhere."""
 import inspect
+import operator
 import pathlib
 import re
 
@@ -21,6 +22,8 @@ breathe_default_project = "dermis"
 breathe_default_members = ("members", "undoc-members")
 breathe_show_include = False
 autodoc_member_order = "bysource"
+maximum_signature_line_length = 90
+python_use_unqualified_type_names = True
 autoclass_content = "both"
 highlight_language = "text"
 # Doxygen repeats a namespace in each file, and knows a struct of C by its tag and by its name.
@@ -43,18 +46,35 @@ def reference(lines):
     return made
 
 
+PYTHON = {  # the names in the order of use; those that are missing here stand last
+    "A skin, press by press": "Skin fingertip Scene",
+    "Tables of a scene": "Grid Surface Curvature Material Receptors Sites Load Time Output",
+    "Spikes": "Afferents AfferentModel afferent_model",
+    "Contacts": "contact.Touch contact.Shapes contact.Pad contact.Contact contact.add_contacts contact.Pose "
+                "contact.WorldContact contact.Body contact.fill_depths contact.add_depths contact.add_taxels",
+    "Whole runs": "run Result Trace sweep plan Explanation Candidate Report Figure",
+    "Pictures": "plot",
+    "Materials from measurements": "fit Fit fit_creep fit_relaxation fit_histories relaxation_of chain_of",
+}
+
+
 def page_of_python():
     """Every public name: autodoc itself would pass over compiled functions."""
+    public = [*dermis.__all__, *(f"contact.{name}" for name in dermis.contact.__all__)]
+    groups = {title: names.split() for title, names in PYTHON.items()}
+    rest = [name for name in public if name not in " ".join(PYTHON.values()).split()]
+    groups["Contacts"] += [name for name in rest if name.startswith("contact.")]
+    groups["All else"] = [name for name in rest if not name.startswith("contact.")]
     page = ["Python", "======", "", ".. automodule:: dermis", ""]
-    for module, names in [("dermis", dermis.__all__), ("dermis.contact", dermis.contact.__all__)]:
-        page += [module, "-" * len(module), ""]
+    for title, names in groups.items():
+        page += [title, "-" * len(title), ""]
         for name in names:
-            thing = getattr(dermis if module == "dermis" else dermis.contact, name)
+            thing = operator.attrgetter(name)(dermis)
             if inspect.isclass(thing):
-                page += [f".. autoclass:: {module}.{name}", "   :members:",
+                page += [f".. autoclass:: dermis.{name}", "   :members:",
                          "   :inherited-members: object, dict, BaseException, Exception, RuntimeError, ValueError", ""]
             elif callable(thing):
-                page += [f".. autofunction:: {module}.{name}", ""]
+                page += [f".. autofunction:: dermis.{name}", ""]
     return "\n".join(page)
 
 
