@@ -42,7 +42,7 @@ def reference(lines):
             elif in_code and not code:
                 made.append("")
             in_code = code
-        made.append(line if in_code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
+        made.append(re.sub(r" {3,}#", "  #", line) if in_code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
     return made
 
 
