@@ -52,9 +52,10 @@ PYTHON = {  # the names in the order of use; those that are missing here stand l
     "Spikes": "Afferents AfferentModel afferent_model",
     "Contacts": "contact.Touch contact.Shapes contact.Pad contact.Contact contact.add_contacts contact.Pose "
                 "contact.WorldContact contact.Body contact.fill_depths contact.add_depths contact.add_taxels",
-    "Whole runs": "run Result Trace sweep plan Explanation Candidate Report Figure",
+    "Whole runs": "run Result Trace sweep plan Explanation Candidate Impulse Report Figure",
     "Pictures": "plot",
-    "Materials from measurements": "fit Fit fit_creep fit_relaxation fit_histories relaxation_of chain_of",
+    "Materials from measurements": "fit Fit fit_creep fit_relaxation fit_histories KelvinVoigt Relaxation relaxation_of "
+                                  "chain_of",
 }
 
 
@@ -92,4 +93,9 @@ def setup(app):
     def process(app, what, name, thing, options, lines):
         lines[:] = reference(lines)
 
+    def shorten(app, what, name, thing, options, arguments, returned):
+        return [text and re.sub(r"^\(self(, )?", "(", re.sub(r"\b(collections\.abc|numpy\.typing|dermis\._typing)\.", "", text))
+                for text in (arguments, returned)]
+
     app.connect("autodoc-process-docstring", process)
+    app.connect("autodoc-process-signature", shorten)
