@@ -144,11 +144,12 @@ function shade(values, {pixels}, peak) {
 // The outline of what touches the skin: a rectangle of the edge's length, or a circle.
 function drawBody() {
   const context = quantities[0].context, area = wasm._page_pressed() / spacing ** 2, long = 8e-3 / spacing;
-  const [x, y, high] = [body.x / spacing, body.y / spacing, Math.max(area / long, 2)];
+  const [x, y] = [body.x / spacing, body.y / spacing], from = Math.max(x - long / 2, 0), to = Math.min(x + long / 2, width);
+  const high = Math.max(area / (to - from), 2);
   context.strokeStyle = body.pressed ? '#ffffff' : '#1c1c22';
   context.lineWidth = 1.2;
   context.beginPath();
-  if (settings.shape === 2) context.rect(x - long / 2, y - high / 2, long, high);
+  if (settings.shape === 2) context.rect(from, y - high / 2, to - from, high);
   else context.arc(x, y, Math.max(Math.sqrt(area / Math.PI), 3), 0, 2 * Math.PI);
   context.stroke();
 }
