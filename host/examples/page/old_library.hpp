@@ -40,8 +40,8 @@ template <class R, class Less = std::less<>, class Projection = Same>
 void sort(R&& r, Less less = {}, Projection projection = {}) {
     std::sort(begin(r), end(r), both(less, projection));
 }
-template <class I, class Less, class Projection> void sort(I first, I last, Less, Projection projection) {
-    std::sort(first, last, both(less{}, projection));
+template <class I, class Projection, class Less = std::less<>> void sort(I first, I last, Less less, Projection by) {
+    std::sort(first, last, both(less, by));
 }
 template <class R, class Less = std::less<>, class Projection = Same>
 bool is_sorted(R&& r, Less less = {}, Projection projection = {}) {
@@ -57,7 +57,8 @@ auto upper_bound(R&& r, const V& value, Less less = {}, Projection projection = 
     return std::upper_bound(begin(r), end(r), value,
                             [&](auto&& v, auto&& b) { return invoke(less, v, invoke(projection, b)); });
 }
-template <class R, class V, class Less, class Projection> auto equal_range(R&& r, const V& v, Less less, Projection by) {
+template <class R, class V, class Projection, class Less = std::less<>>
+auto equal_range(R&& r, const V& v, Less less, Projection by) {
     return std::pair(ranges::lower_bound(r, v, less, by), ranges::upper_bound(r, v, less, by));
 }
 template <class R, class V> bool binary_search(R&& r, const V& value) {

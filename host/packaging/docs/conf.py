@@ -31,7 +31,7 @@ suppress_warnings = ["duplicate_declaration.cpp"]
 toc_object_entries_show_parents = "hide"
 
 
-def reference(lines):
+def reference(app, what, name, thing, options, lines):
     """Docstrings are plain text with code indented by four spaces: as reStructuredText."""
     made, in_code = [], False
     for line in lines:
@@ -43,40 +43,22 @@ def reference(lines):
                 made.append("")
             in_code = code
         made.append(re.sub(r" {3,}#", "  #", line) if in_code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
-    return made
-
-
-PYTHON = {  # the names in the order of use; those that are missing here stand last
-    "A skin, press by press": "Skin fingertip Scene",
-    "Tables of a scene": "Grid Surface Curvature Material Receptors Sites Load Time Output",
-    "Spikes": "Afferents AfferentModel afferent_model",
-    "Contacts": "contact.Touch contact.Shapes contact.Pad contact.Contact contact.add_contacts contact.Pose "
-                "contact.WorldContact contact.Body contact.fill_depths contact.add_depths contact.add_taxels",
-    "Whole runs": "run Result Trace sweep plan Explanation Candidate Impulse Report Figure",
-    "Pictures": "plot",
-    "Materials from measurements": "fit Fit fit_creep fit_relaxation fit_histories KelvinVoigt Relaxation relaxation_of "
-                                  "chain_of",
-}
+    lines[:] = made
 
 
 def page_of_python():
-    """Every public name: autodoc itself would pass over compiled functions."""
+    """python.rst, with entries for the names in its lists, then for all others: autodoc passes over compiled functions."""
+    def entry(name):
+        thing = operator.attrgetter(name)(dermis)
+        if inspect.isclass(thing):
+            return (f".. autoclass:: dermis.{name}\n   :members:\n   :inherited-members: object, dict, BaseException, "
+                    "Exception, RuntimeError, ValueError\n\n")
+        return f".. autofunction:: dermis.{name}\n\n" if callable(thing) else ""
+
+    page = pathlib.Path("python.rst").read_text()
     public = [*dermis.__all__, *(f"contact.{name}" for name in dermis.contact.__all__)]
-    groups = {title: names.split() for title, names in PYTHON.items()}
-    rest = [name for name in public if name not in " ".join(PYTHON.values()).split()]
-    groups["Contacts"] += [name for name in rest if name.startswith("contact.")]
-    groups["All else"] = [name for name in rest if not name.startswith("contact.")]
-    page = ["Python", "======", "", ".. automodule:: dermis", ""]
-    for title, names in groups.items():
-        page += [title, "-" * len(title), ""]
-        for name in names:
-            thing = operator.attrgetter(name)(dermis)
-            if inspect.isclass(thing):
-                page += [f".. autoclass:: dermis.{name}", "   :members:",
-                         "   :inherited-members: object, dict, BaseException, Exception, RuntimeError, ValueError", ""]
-            elif callable(thing):
-                page += [f".. autofunction:: dermis.{name}", ""]
-    return "\n".join(page)
+    page += "* " + " ".join(name for name in public if name not in page.split())
+    return re.sub(r"^\* (.*)", lambda names: "".join(map(entry, names[1].split())), page, flags=re.M)
 
 
 def write_pages():
@@ -90,12 +72,9 @@ write_pages()
 
 
 def setup(app):
-    def process(app, what, name, thing, options, lines):
-        lines[:] = reference(lines)
-
     def shorten(app, what, name, thing, options, arguments, returned):
         return [text and re.sub(r"^\(self(, )?", "(", re.sub(r"\b(collections\.abc|numpy\.typing|dermis\._typing)\.", "", text))
                 for text in (arguments, returned)]
 
-    app.connect("autodoc-process-docstring", process)
+    app.connect("autodoc-process-docstring", reference)
     app.connect("autodoc-process-signature", shorten)
