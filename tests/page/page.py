@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Uses the page in Chromium as a visitor does: presses by mouse and by keys, changes the skin, saves a recording, and
-has the native program press it again: it must come to the same hash. Keeps a screenshot.
+"""Uses the page in Chromium as a visitor does: presses by mouse and by keys, changes skin and body, saves a recording,
+and has the native program press it again: it must come to the same hash. Then it is a phone. Keeps a screenshot.
 
     python3 page.py --page FOLDER --replay PROGRAM --out FOLDER
 """
@@ -30,7 +30,7 @@ def claim(text, holds, shown=""):
 
 def browser_at(page, downloads):
     options = webdriver.ChromeOptions()
-    for argument in ["--headless=new", "--window-size=1240,1260", "--hide-scrollbars", "--disable-dev-shm-usage"]:
+    for argument in ["--headless=new", "--window-size=1240,1290", "--hide-scrollbars", "--disable-dev-shm-usage"]:
         options.add_argument(argument)
     if os.geteuid() == 0:  # Chromium refuses its sandbox to root
         options.add_argument("--no-sandbox")
@@ -65,9 +65,12 @@ class Page:
         until = self.steps() + number
         self.wait_for(f"step {until}", lambda: self.steps() >= until)
 
+    def greatest_force(self, steps):
+        return self.browser.execute_script("return Math.max(...rows.slice(-arguments[0]).map(row => row[3]))", steps)
+
     def press_by_mouse(self, picture=None):
         skin = self.element("skin")
-        if picture:  # of a ball that moves
+        if picture:  # of a body that moves
             self.browser.execute_script("""
                 const last = rows.length + 45;
                 const watch = setInterval(() => { if (rows.length >= last) { clearInterval(watch); pause(true); } }, 1);""")
@@ -118,20 +121,76 @@ def check_same_bits(page, replay, name):
     claim(f"{name}: the native program comes to the hash that the page shows",
           bool(native) and native[3] == shown and int(native[1]) == len(rows), answer.stdout.strip() + answer.stderr)
     numbers = [row.split(",") for row in rows]
-    claim(f"{name}: the ball has pressed, and SA1 fibres have fired",
+    claim(f"{name}: the body has pressed, and SA1 fibres have fired",
           max(float(row[3]) for row in numbers) > 0.25 and sum(int(row[-3]) for row in numbers) > 0,
           f"{sum(int(row[-3]) for row in numbers)} spikes of SA1, {sum(int(row[-2]) for row in numbers)} of FA1, "
           f"{sum(int(row[-1]) for row in numbers)} of FA2")
+
+
+def check_ghost(page):
+    page.wait_steps(40)
+    places = page.browser.execute_script("return rows.slice(-2).map(row => row[1])")
+    claim("a finger presses and moves by itself before anyone does", page.greatest_force(40) > 0 and places[0] != places[1],
+          page.text("status"))
+    page.press_by_mouse()  # the browser compiles meanwhile
+    page.element("restart").click()
+    page.wait_steps(200)  # it pressed in each 3 s, which are 180 steps
+    claim("after someone has pressed nothing presses by itself", page.greatest_force(200) == 0)
+
+
+def check_fading(page):
+    """After a press, while FA1 still answers."""
+    was, now, answers = page.browser.execute_script("""
+        const shown = () => quantities[3].shown.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+        quantities[3].shown.fill(1e3);  // more than any response
+        for (let i = 0; i < 3; ++i) step();
+        const was = shown();
+        for (let i = 0; i < 9; ++i) step();
+        return [was, shown(), quantities[3].most];""")
+    claim("a map of FA1 fades on the screen to a tenth within 200 ms, and its numbers do not stay",
+          300 < was < 900 and 99 < now < 101 and answers < 99, f"{was:.0f}, {now:.0f}, {answers:.2g}")
+
+
+def check_words(page):
+    found = page.browser.execute_script("return [...document.querySelectorAll('.words b, a')].map(e => e.textContent + (e.href || ''))")
+    claim("a sentence says what each class answers to, and a link leads to the project",
+          found[1:] == ["SA1", "SA2", "FA1", "FA2"] and found[0].endswith("/README.md"), " ".join(found))
+
+
+def check_phone(page):
+    """As on a phone of 390 x 844 points."""
+    def swipe(x, y):
+        places = [{"x": x, "y": y - 15 * i} for i in range(11)]
+        for kind, points in [("Start", places[:1]), *[("Move", [place]) for place in places[1:]], ("End", [])]:
+            page.browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
+        page.wait_steps(5)
+        pressed = page.greatest_force(1000)
+        return page.browser.execute_script("const down = scrollY; again(); scrollTo(0, 0); return down"), pressed
+
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                 {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True})
+    page.browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    page.browser.execute_script("again(); scrollTo(0, 0)")
+    boxes = [page.element(name).rect for name in ("skin", "sa1", "sa2", "fa1", "fa2")]
+    skin, seen = boxes[0], page.browser.execute_script("return [document.documentElement.scrollWidth, innerHeight]")
+    ends = [box["y"] + box["height"] for box in boxes]
+    claim("on a phone the skin and four maps are on the screen, the maps above the skin, and nothing is wider",
+          seen == [390, 844] and ends[0] <= 844 and max(ends[1:]) <= skin["y"] and boxes[1]["y"] >= 0,
+          ", ".join(f"{box['width']:.0f} x {box['height']:.0f} at {box['y']:.0f}" for box in boxes))
+    middle = skin["y"] + skin["height"] / 2
+    (below, _), (beside, idle), (on_skin, pressed) = swipe(20, 780), swipe(20, middle), swipe(195, middle)
+    claim("a finger scrolls the page below and beside the skin, and presses on it",
+          min(below, beside) > 100 and on_skin == idle == 0 and pressed > 0, f"{below:.0f}, {beside:.0f}, {on_skin:.0f} of 150")
 
 
 def check_keys_reach(page):
     """Every control can be reached with the Tab key."""
     page.browser.execute_script("document.activeElement.blur()")
     reached = []
-    for _ in range(12):
+    for _ in range(14):
         ActionChains(page.browser).send_keys(Keys.TAB).perform()
         reached.append(page.browser.execute_script("return document.activeElement.id"))
-    wanted = ["skin", "force", "ball", "ridges", "modulus", "material", "surface", "restart", "pause", "save"]
+    wanted = ["skin", "force", "shape", "radius", "ridges", "modulus", "surface", "material", "restart", "pause", "save"]
     claim("the Tab key reaches the skin and every control", [r for r in reached if r in wanted] == wanted, " ".join(reached))
 
 
@@ -156,7 +215,8 @@ def main():
     try:
         page = Page(browser, downloads)
         page.wait_for("the first picture", lambda: page.text("hash"))
-        page.press_by_mouse()  # the browser compiles meanwhile
+        check_ghost(page)
+        check_words(page)
         page.element("restart").click()
         page.press_by_mouse(given.out / "page.png")
         page.press_by_keys()
@@ -166,9 +226,13 @@ def main():
         page.choose("material", "1")
         page.choose("surface", "0")
         page.choose("modulus", "80")
-        page.press_by_keys()
-        check_same_bits(page, given.replay, "flat.csv")
+        for shape, name in enumerate(["flat", "punch", "edge"]):
+            page.choose("shape", str(shape))
+            page.press_by_keys()
+            check_same_bits(page, given.replay, f"{name}.csv")
+        check_fading(page)  # while it pauses
         check_keys_reach(page)
+        check_phone(page)
         check_quiet(page)
         claim("the page shows no error", not page.text("error"), page.text("error"))
     finally:

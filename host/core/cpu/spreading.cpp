@@ -120,7 +120,7 @@ template <class K> void Spreading<K>::raise(Unit& u, const Step& step, size_t be
     std::ranges::copy(rows.fold, s.fold);
     int widened[4] = {INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN}; // the coarser row in each of rows.wide
     for (int y = own.y.low + first; y < own.y.low + last; ++y) {
-        const auto at = [&](int row) -> const real* {
+        const auto at = [&, of = of, level = level](int row) -> const real* {
             if (level > 0 || own.radius >= 0)
                 return row < own.y.low || row > own.y.high ? rows.zeros : u.down[of][size_t(level)].row(row);
             return u.from[of] + begin + size_t(row) * u.pitch;

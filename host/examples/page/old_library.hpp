@@ -40,6 +40,9 @@ template <class R, class Less = std::less<>, class Projection = Same>
 void sort(R&& r, Less less = {}, Projection projection = {}) {
     std::sort(begin(r), end(r), both(less, projection));
 }
+template <class I, class Projection, class Less = std::less<>> void sort(I first, I last, Less less, Projection by) {
+    std::sort(first, last, both(less, by));
+}
 template <class R, class Less = std::less<>, class Projection = Same>
 bool is_sorted(R&& r, Less less = {}, Projection projection = {}) {
     return std::is_sorted(begin(r), end(r), both(less, projection));
@@ -54,6 +57,10 @@ auto upper_bound(R&& r, const V& value, Less less = {}, Projection projection = 
     return std::upper_bound(begin(r), end(r), value,
                             [&](auto&& v, auto&& b) { return invoke(less, v, invoke(projection, b)); });
 }
+template <class R, class V, class Projection, class Less = std::less<>>
+auto equal_range(R&& r, const V& v, Less less, Projection by) {
+    return std::pair(ranges::lower_bound(r, v, less, by), ranges::upper_bound(r, v, less, by));
+}
 template <class R, class V> bool binary_search(R&& r, const V& value) {
     return std::binary_search(begin(r), end(r), value);
 }
@@ -61,6 +68,7 @@ template <class R, class V> auto find(R&& r, const V& value) { return std::find(
 template <class R, class V, class Projection> auto find(R&& r, const V& value, Projection projection) {
     return std::find_if(begin(r), end(r), [&](auto&& a) { return invoke(projection, a) == value; });
 }
+template <class R, class F> auto find_if(R&& r, F f) { return std::find_if(begin(r), end(r), f); }
 template <class R, class F, class Projection = Same> bool any_of(R&& r, F f, Projection projection = {}) {
     return std::any_of(begin(r), end(r), [&](auto&& a) -> bool { return invoke(f, invoke(projection, a)); });
 }

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The page in the browser, where emscripten compiles; elsewhere the program that replays recordings of the page.
-add_executable(dermis-page host/examples/page/session.cpp )
+add_executable(dermis-page host/examples/page/session.cpp)
 target_link_libraries(dermis-page PRIVATE dermis_core_objects dermis_options)
 if(NOT EMSCRIPTEN)
     target_sources(dermis-page PRIVATE host/examples/page/replay.cpp)
@@ -17,7 +17,7 @@ target_compile_options(dermis_options INTERFACE -msimd128 -fwasm-exceptions -Wno
     -include ${PROJECT_SOURCE_DIR}/host/examples/page/old_library.hpp)
 
 target_sources(dermis-page PRIVATE host/examples/page/page.cpp)
-set(calls _page_begin _page_step _page_map _page_fibres _page_spikes _page_spike_fibre _page_spike_time _page_hash)
+set(calls _page_begin _page_step _page_map _page_pressed _page_fibres _page_ending _page_spikes _page_spike_fibre _page_spike_time _page_hash)
 list(JOIN calls "," calls)
 target_link_options(dermis-page PRIVATE -fwasm-exceptions -sMODULARIZE=1 -sEXPORT_NAME=loadDermis -sENVIRONMENT=web
     -sALLOW_MEMORY_GROWTH=1 -sFILESYSTEM=0 -sEXPORTED_FUNCTIONS=${calls} -sEXPORTED_RUNTIME_METHODS=UTF8ToString)

@@ -25,11 +25,14 @@ template <class Call> const char* refusal(Call call) {
 
 extern "C" {
 
-// A skin at rest. Lengths in m, modulus in Pa.
-const char* page_begin(double ridge_period, double modulus, double ball, int one_element) {
+// A skin at rest. Lengths in m, modulus in Pa; shape: the number of a dermis::web::Shape.
+const char* page_begin(double ridge_period, double modulus, int shape, double radius, int one_element) {
     return refusal([&] {
-        session = std::make_unique<dermis::web::Session>(dermis::web::Settings{
-            .ridge_period = ridge_period, .modulus = modulus, .ball = ball, .one_element = one_element != 0});
+        session = std::make_unique<dermis::web::Session>(dermis::web::Settings{.ridge_period = ridge_period,
+                                                                               .modulus = modulus,
+                                                                               .shape = dermis::web::Shape(shape),
+                                                                               .radius = radius,
+                                                                               .one_element = one_element != 0});
     });
 }
 
@@ -40,8 +43,17 @@ const char* page_step(double x, double y, double force) {
 // number: the number of a dermis::Quantity.
 const float* page_map(int number) { return session->map(dermis::Quantity(number)); }
 
+// m^2, of the cells that the body presses.
+double page_pressed() { return session->pressed(); }
+
 // How many afferents of a kind there are. kind: 0 for SA1, 1 for FA1, 2 for FA2.
-int page_fibres(int kind) { return session->fibres().at(size_t(kind)); }
+int page_fibres(int kind) { return int(session->afferents().at(size_t(kind)).cells.size()); }
+
+// The number of the cell in which an afferent of a kind ends.
+int page_ending(int kind, int fibre) {
+    const dermis::Cell cell = session->afferents().at(size_t(kind)).cells.at(size_t(fibre));
+    return cell.y * dermis::web::Session::width + cell.x;
+}
 
 // How many spikes the last step had.
 int page_spikes() { return int(session->spikes().size); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page in the browser: mouse and keys to a ball on the skin, strain and responses to pictures. The skin itself is
+// The page in the browser: mouse and keys to a body on the skin, strain and responses to pictures. The skin itself is
 // session.cpp, compiled to WebAssembly.
 'use strict';
 
@@ -8,12 +8,14 @@ const spacing = 5e-5;           // m
 const stepTime = 1 / 60;        // s
 const shownTime = 4;            // s, of traces and spikes
 const longest = 600 / stepTime; // steps of a recording
+const seen = 0.2;               // s for which one sees a spike; responses of FA1 and FA2 fade to a tenth in it
 const quantities = [            // by number of dermis::Quantity
   {name: 'strain', unit: ''}, {name: 'sa1', unit: ''}, {name: 'sa2', unit: 's'},
   {name: 'fa1', unit: '1/s', signed: true}, {name: 'fa2', unit: '1/s²', signed: true}];
 const curvature = 5;
 const colours = {SA1: '#0072b2', SA2: '#009e73', FA1: '#d55e00', FA2: '#aa4499'}; // those of host/lab/output/plot.py
-const kinds = [{name: 'SA1'}, {name: 'FA1'}, {name: 'FA2'}];
+const kinds = [{name: 'SA1', map: 1, dot: '#ffffff'}, {name: 'FA1', map: 3, dot: '#1c1c22'}, {name: 'FA2', map: 4, dot: '#1c1c22'}];
+const radii = ['5', '2.5', '1']; // mm, with which a ball, a punch and an edge begin
 
 const element = id => document.getElementById(id);
 
@@ -32,11 +34,12 @@ const blueToRed = palette([0x053061, 0x4393c3, 0xf7f7f7, 0xd6604d, 0x67001f]);
 let wasm;
 let settings;
 let rows = [];   // of the recording
-let spikes = []; // {time, fibre} of the last seconds
+let spikes = []; // {time, fibre, kind, cell} of the last seconds
 let fibres = [0, 0, 0];
 let relief;      // of each cell: brightness of the resting skin, 155..255 of 256
 let skinPixels;  // of each cell: its colour at rest
-const ball = {x: width * spacing / 2, y: height * spacing / 2, force: 0, pressed: false};
+const body = {x: width * spacing / 2, y: height * spacing / 2, force: 0, pressed: false};
+let ghost = true; // it presses until a visitor does
 
 function check(refusal) {
   if (refusal) throw new Error(wasm.UTF8ToString(refusal));
@@ -50,49 +53,67 @@ function start() {
   settings = {
     ridge_period_m: element('surface').value === '1' ? element('ridges').valueAsNumber * 1e-3 : 0,
     modulus_pa: element('modulus').valueAsNumber * 1e3,
-    ball_m: element('ball').valueAsNumber * 1e-3,
+    shape: Number(element('shape').value),
+    radius_m: element('radius').valueAsNumber * 1e-3,
     one_element: Number(element('material').value)};
-  check(wasm._page_begin(settings.ridge_period_m, settings.modulus_pa, settings.ball_m, settings.one_element));
+  check(wasm._page_begin(settings.ridge_period_m, settings.modulus_pa, settings.shape, settings.radius_m, settings.one_element));
   rows = [];
   spikes = [];
   fibres = kinds.map((_, kind) => wasm._page_fibres(kind));
-  ball.force = 0;
-  for (const q of quantities) q.peak = q.greatest = 0;
+  body.force = 0;
+  for (const q of quantities) {
+    q.peak = q.greatest = 0;
+    if (q.signed) q.shown = new Float32Array(cells);
+  }
   const bend = map(curvature), sharpest = bend.reduce((most, c) => Math.max(most, Math.abs(c)), 1e-9);
   relief = Uint8Array.from(bend, c => 205 - 50 * c / sharpest);
   skinPixels = Uint32Array.from(relief, light => 255 << 24 | 0.78 * light << 16 | 0.86 * light << 8 | light);
 }
 
-// Mean and greatest value of a map. `peak`, the end of its colours, follows a response that fades, as those of FA1 and
-// FA2 do quickly, down to a fiftieth.
+// Mean and greatest value of a map. `peak`, the end of its colours, follows a response that fades, down to a fiftieth. Of
+// FA1 and FA2, which answer for an instant, `shown` keeps what a screen can show.
 function summarize(quantity, number) {
-  const values = map(number);
+  const values = map(number), {shown} = quantity, fade = 0.1 ** (stepTime / seen);
   let sum = 0, most = 0;
   for (let i = 0; i < cells; ++i) {
     const size = Math.abs(values[i]);
     sum += values[i];
     if (size > most) most = size;
+    if (shown) shown[i] = size > fade * Math.abs(shown[i]) ? values[i] : fade * shown[i];
   }
   quantity.mean = sum / cells;
   quantity.most = most;
   quantity.greatest = Math.max(most, quantity.greatest);
-  quantity.peak = Math.max(most, (quantity.signed ? 0.6 : 0.99) * quantity.peak, 0.02 * quantity.greatest, 1e-12);
+  quantity.peak = Math.max(most, 0.985 * quantity.peak, 0.02 * quantity.greatest);
 }
 
 function paint(number) {
-  const quantity = quantities[number], values = map(number), {picture, context, signed} = quantity;
-  const pixels = picture.pixels, scale = (signed ? 127.5 : 255) / quantity.peak, zero = signed ? 127.5 : 0;
+  const quantity = quantities[number], {picture, context, signed, peak} = quantity, values = quantity.shown || map(number);
+  const pixels = picture.pixels, scale = (signed ? 127.5 : 255) / (peak || 1), zero = signed ? 127.5 : 0;
   const colour = signed ? blueToRed : viridis;
   for (let i = 0; i < cells; ++i) pixels[i] = colour[Math.max(0, zero + scale * values[i]) | 0];
-  if (number === 0) shade(values, picture, quantity.peak);
+  shade(values, picture, peak || 1);
   context.putImageData(picture.image, 0, 0);
-  quantity.caption.textContent = `${signed ? '±' : '0 to '}${quantity.peak.toPrecision(2)} ${quantity.unit}`;
+  drawSpikes(number, context);
+  quantity.caption.textContent = peak ? `${signed ? '±' : '0 to '}${peak.toPrecision(2)} ${quantity.unit}` : '–';
+}
+
+// The last spikes, where their afferents end.
+function drawSpikes(number, context) {
+  const now = rows.length * stepTime;
+  for (const {time, kind, cell} of spikes) {
+    if (kind.map !== number || time < now - seen) continue;
+    context.globalAlpha = 1 - Math.max(now - time, 0) / seen;
+    context.fillStyle = kind.dot;
+    context.fillRect(cell % width - 3, Math.floor(cell / width) - 3, 6, 6);
+  }
+  context.globalAlpha = 1;
 }
 
 // The strain in each picture, and by turns one half of all else, because many screens are drawn by a processor.
 function draw() {
   paint(0);
-  drawBall();
+  drawBody();
   if (++drawn % 2) {
     paint(1);
     paint(2);
@@ -105,8 +126,8 @@ function draw() {
   if (drawn % 30 === 0) say();
 }
 
-// Lays the picture of the strain over the skin, whose valleys are dark and whose ridges light: skin shows where the
-// strain is below a fifth of its peak.
+// Lays the picture of a map over the skin, whose valleys are dark and whose ridges light: skin shows where the
+// map is below a fifth of its peak.
 function shade(values, {pixels}, peak) {
   for (let i = 0; i < cells; ++i) {
     const cover = Math.min(5 * Math.abs(values[i]) / peak, 1), skin = skinPixels[i], colour = pixels[i];
@@ -120,29 +141,42 @@ function shade(values, {pixels}, peak) {
   }
 }
 
-function drawBall() {
-  const context = quantities[0].context;
-  const radius = Math.cbrt(3 * ball.force * settings.ball_m / (16 / 3 * settings.modulus_pa)) / spacing;
-  context.strokeStyle = ball.pressed ? '#ffffff' : '#1c1c22';
+// The outline of what touches the skin: a rectangle of the edge's length, or a circle.
+function drawBody() {
+  const context = quantities[0].context, area = wasm._page_pressed() / spacing ** 2, long = 8e-3 / spacing;
+  const [x, y] = [body.x / spacing, body.y / spacing], from = Math.max(x - long / 2, 0), to = Math.min(x + long / 2, width);
+  const high = Math.max(area / (to - from), 2);
+  context.strokeStyle = body.pressed ? '#ffffff' : '#1c1c22';
   context.lineWidth = 1.2;
   context.beginPath();
-  context.arc(ball.x / spacing, ball.y / spacing, Math.max(radius, 3), 0, 2 * Math.PI);
+  if (settings.shape === 2) context.rect(from, y - high / 2, to - from, high);
+  else context.arc(x, y, Math.max(Math.sqrt(area / Math.PI), 3), 0, 2 * Math.PI);
   context.stroke();
 }
 
+// A finger that presses for two seconds of three, and wanders meanwhile.
+function haunt() {
+  const time = rows.length * stepTime, way = 0.4 * Math.PI * time;
+  body.pressed = time % 3 > 0.3 && time % 3 < 2.3;
+  move((0.5 + 0.22 * Math.sin(way)) * width * spacing, (0.5 + 0.25 * Math.cos(0.7 * way)) * height * spacing);
+}
+
 function step() {
-  const asked = ball.pressed ? element('force').valueAsNumber : 0; // reached in 60 ms
+  if (ghost) haunt();
+  const asked = body.pressed ? element('force').valueAsNumber : 0; // reached in 60 ms
   const change = element('force').valueAsNumber * stepTime / 0.06;
-  ball.force = asked > ball.force ? Math.min(asked, ball.force + change) : Math.max(asked, ball.force - change);
-  check(wasm._page_step(ball.x, ball.y, ball.force));
+  body.force = asked > body.force ? Math.min(asked, body.force + change) : Math.max(asked, body.force - change);
+  check(wasm._page_step(body.x, body.y, body.force));
   const time = rows.length * stepTime, fired = [0, 0, 0];
   for (let i = 0; i < wasm._page_spikes(); ++i) {
     const fibre = wasm._page_spike_fibre(i);
-    spikes.push({time: time + wasm._page_spike_time(i), fibre});
-    ++fired[fibre < fibres[0] ? 0 : fibre < fibres[0] + fibres[1] ? 1 : 2];
+    const kind = fibre < fibres[0] ? 0 : fibre < fibres[0] + fibres[1] ? 1 : 2;
+    const cell = wasm._page_ending(kind, fibre - [0, fibres[0], fibres[0] + fibres[1]][kind]);
+    spikes.push({time: time + wasm._page_spike_time(i), fibre, kind: kinds[kind], cell});
+    ++fired[kind];
   }
   quantities.forEach(summarize);
-  rows.push([time + stepTime, ball.x, ball.y, ball.force, ...quantities.flatMap(q => [q.mean, q.most]), ...fired]);
+  rows.push([time + stepTime, body.x, body.y, body.force, ...quantities.flatMap(q => [q.mean, q.most]), ...fired]);
 }
 
 // A canvas whose pixels are those of the screen, empty.
@@ -189,23 +223,22 @@ function drawRaster() {
   spikes = spikes.filter(spike => spike.time > now - shownTime);
   let first = 0;
   kinds.forEach((kind, k) => {
-    const from = first, to = first + fibres[k];
+    const from = first;
     context.fillStyle = colours[kind.name];
     context.beginPath();
-    for (const {time, fibre} of spikes)
-      if (fibre >= from && fibre < to)
-        context.rect(wide - (now - time) * (wide - left) / shownTime, fibre * high / total, 1.5, 1.5);
+    for (const {time, fibre, kind: {name}} of spikes)
+      if (name === kind.name) context.rect(wide - (now - time) * (wide - left) / shownTime, fibre * high / total, 1.5, 1.5);
     context.fill();
     context.fillText(`${kind.name}, ${fibres[k]}`, 4, Math.min((from + 0.5 * fibres[k]) * high / total + 4, high - 3));
-    first = to;
+    first += fibres[k];
   });
 }
 
 function say() {
-  const place = `${(ball.x * 1e3).toFixed(1)}, ${(ball.y * 1e3).toFixed(1)} mm`;
-  element('status').textContent = ball.force > 0
-    ? `The ball presses with ${ball.force.toFixed(2)} N at ${place}; the greatest strain is ${quantities[0].most.toFixed(2)}.`
-    : `The ball is above ${place} and does not press.`;
+  const place = `${(body.x * 1e3).toFixed(1)}, ${(body.y * 1e3).toFixed(1)} mm`;
+  element('status').textContent = ghost ? 'A finger presses by itself until you press.' : body.force > 0
+    ? `${body.force.toFixed(2)} N press at ${place}; the greatest strain is ${quantities[0].most.toFixed(2)}.`
+    : `The body is above ${place} and does not press.`;
   element('steps').textContent = rows.length;
   element('hash').textContent = wasm.UTF8ToString(wasm._page_hash());
 }
@@ -236,6 +269,7 @@ function frame(now) {
     }
     draw();
     speed.seconds += (performance.now() - begin) / 1e3;
+    if (ghost && rows.length >= longest) start();
     if (rows.length >= longest) throw new Error('The recording has ten minutes and is full. Start again to press on.');
   } catch (error) {
     element('error').textContent = error.message;
@@ -265,8 +299,14 @@ function save() {
 }
 
 function move(x, y) {
-  ball.x = Math.min(Math.max(x, 0), (width - 0.5) * spacing);
-  ball.y = Math.min(Math.max(y, 0), (height - 0.5) * spacing);
+  body.x = Math.min(Math.max(x, 0), (width - 0.5) * spacing);
+  body.y = Math.min(Math.max(y, 0), (height - 0.5) * spacing);
+}
+
+// A visitor presses, or comes by keyboard: the ghost never does again.
+function take(pressed) {
+  ghost = false;
+  body.pressed = pressed;
 }
 
 function listenToPointer(skin) {
@@ -274,28 +314,28 @@ function listenToPointer(skin) {
     event.offsetY / skin.clientHeight * height * spacing);
   skin.addEventListener('pointerdown', event => {
     skin.setPointerCapture(event.pointerId);
-    ball.pressed = true;
+    take(true);
     follow(event);
   });
-  skin.addEventListener('pointermove', follow);
-  for (const end of ['pointerup', 'pointercancel']) skin.addEventListener(end, () => { ball.pressed = false; });
+  skin.addEventListener('pointermove', event => { if (!ghost) follow(event); });
+  for (const end of ['pointerup', 'pointercancel']) skin.addEventListener(end, () => take(false));
 }
 
 function listenToKeys(skin) {
   const ways = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
   skin.addEventListener('keydown', event => {
     const way = ways[event.key], length = event.shiftKey ? spacing : 5 * spacing;
-    if (way) move(ball.x + way[0] * length, ball.y + way[1] * length);
-    else if (event.key === ' ') ball.pressed = true;
-    else return;
+    if (!way && event.key !== ' ') return;
+    take(event.key === ' ' || body.pressed && !ghost);
+    if (way) move(body.x + way[0] * length, body.y + way[1] * length);
     event.preventDefault();
   });
-  skin.addEventListener('keyup', event => { if (event.key === ' ') ball.pressed = false; });
-  skin.addEventListener('blur', () => { ball.pressed = false; });
+  skin.addEventListener('keyup', event => { if (event.key === ' ') take(false); });
+  skin.addEventListener('blur', () => { if (!ghost) take(false); });
 }
 
 function showSettings() {
-  const shown = {force: ['N', 2], ball: ['mm', 1], ridges: ['mm', 2], modulus: ['kPa', 0]};
+  const shown = {force: ['N', 2], radius: ['mm', 1], ridges: ['mm', 2], modulus: ['kPa', 0]};
   for (const [id, [unit, digits]] of Object.entries(shown))
     element(`${id}-shown`).textContent = `${element(id).valueAsNumber.toFixed(digits)} ${unit}`;
 }
@@ -325,10 +365,12 @@ async function main() {
     const image = q.context.createImageData(width, height);
     q.picture = {image, bytes: image.data, pixels: new Uint32Array(image.data.buffer)};
     q.caption = element(`scale-${q.name}`);
+    q.caption.previousElementSibling.style.color = colours[q.name.toUpperCase()];
   }
   listenToPointer(element('skin'));
   listenToKeys(element('skin'));
   showSettings();
+  element('shape').addEventListener('input', event => { element('radius').value = radii[event.target.value]; });
   element('settings').addEventListener('input', showSettings);
   element('settings').addEventListener('change', event => { if (event.target.id !== 'force') again(); });
   element('restart').addEventListener('click', again);

@@ -9,13 +9,17 @@
 
 namespace {
 
-// The first line of a recording: # dermis page, ridge_period_m=..., modulus_pa=..., ball_m=..., one_element=...
+// The first line of a recording: # dermis page, ridge_period_m=..., modulus_pa=..., shape=..., radius_m=...,
+// one_element=...
 dermis::web::Settings settings_of(const std::string& line) {
     dermis::web::Settings s;
-    int one_element = 0;
-    if (std::sscanf(line.c_str(), "# dermis page, ridge_period_m=%lf, modulus_pa=%lf, ball_m=%lf, one_element=%d",
-                    &s.ridge_period, &s.modulus, &s.ball, &one_element) != 4)
+    int shape = 0, one_element = 0;
+    if (std::sscanf(line.c_str(),
+                    "# dermis page, ridge_period_m=%lf, modulus_pa=%lf, shape=%d, radius_m=%lf, one_element=%d",
+                    &s.ridge_period, &s.modulus, &shape, &s.radius, &one_element) != 5 ||
+        shape < 0 || shape > 2)
         throw std::invalid_argument("the first line is \"" + line + "\"; allowed: a recording of the page");
+    s.shape = dermis::web::Shape(shape);
     s.one_element = one_element != 0;
     return s;
 }

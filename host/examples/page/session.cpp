@@ -34,7 +34,7 @@ SkinDescription description(const Settings& s) {
 }
 
 // The afferents of a fingertip.
-std::vector<Afferents> afferents(const Grid& grid) {
+std::vector<Afferents> afferents_of(const Grid& grid) {
     std::vector<Afferents> all;
     for (const Quantity type : {Quantity::sa1, Quantity::fa1, Quantity::fa2}) {
         all.push_back({.type = type});
@@ -44,23 +44,31 @@ std::vector<Afferents> afferents(const Grid& grid) {
     return all;
 }
 
+// The body where it just touches the skin at (x, y).
+contact::Body body_at(const Settings& s, double x, double y) {
+    contact::Body body{.kind = contact::Body::Kind::sphere, .size = {s.radius}, .pose = {.position = {x, y, s.radius}}};
+    if (s.shape == Shape::ball) return body;
+    body.kind = contact::Body::Kind::cylinder;
+    body.size[1] = Session::edge_length / 2;
+    if (s.shape == Shape::punch) body.pose.position[2] = body.size[1]; // it stands
+    else body.pose.rotation = {0, 0, 1, 0, 1, 0, -1, 0, 0};
+    return body;
+}
+
 } // namespace
 
 Session::Session(const Settings& settings)
-    : skin_(Device::cpu(1), description(settings),
-            {.precision = Precision::f32, .afferents = afferents({width, height, spacing})}),
-      pressure_(cells), settings_(settings), spikes_hash_(fnv_start) {
-    for (const Afferents& list : afferents({width, height, spacing})) fibres_.push_back(int(list.cells.size()));
-}
+    : afferents_(afferents_of({width, height, spacing})),
+      skin_(Device::cpu(1), description(settings), {.precision = Precision::f32, .afferents = afferents_}),
+      depth_(cells), pressure_(cells), settings_(settings),
+      stiffness_(contact::skin_stiffness(description(settings).material)), spikes_hash_(fnv_start) {}
 
 void Session::step(double x, double y, double force) {
-    const double modulus = 4.0 / 3 * settings_.modulus; // in plane strain, where the volume stays the same
     std::fill(pressure_.begin(), pressure_.end(), 0.0f);
     const contact::Pad pad{.width = width, .height = height, .spacing = spacing, .pressure = pressure_.data()};
-    contact::Contact ball{.x = x, .y = y};
-    ball.force = force;
-    ball.radius = contact::hertz_radius(ball.force, settings_.ball, modulus);
-    if (ball.force > 0) contact::add_contacts(pad, &ball, 1);
+    contact::fill_depths(pad, {}, body_at(settings_, x, y), depth_.data());
+    const contact::DepthMap depths{.depth = depth_.data(), .force = force, .stiffness = stiffness_};
+    pressed_ = contact::add_depths(pad, depths).cells * spacing * spacing;
     skin_.press(pressure_, step_time);
     ++steps_;
     spikes_ += skin_.spikes().size;

@@ -2,6 +2,7 @@
 """The site of `./run docs`: pages, public headers and the Python package, by Sphinx. It reads a copy of the tree, so that
 links between pages and to other files lead somewhere."""
 import inspect
+import operator
 import pathlib
 import re
 
@@ -21,6 +22,8 @@ breathe_default_project = "dermis"
 breathe_default_members = ("members", "undoc-members")
 breathe_show_include = False
 autodoc_member_order = "bysource"
+maximum_signature_line_length = 90
+python_use_unqualified_type_names = True
 autoclass_content = "both"
 highlight_language = "text"
 # Doxygen repeats a namespace in each file, and knows a struct of C by its tag and by its name.
@@ -28,7 +31,7 @@ suppress_warnings = ["duplicate_declaration.cpp"]
 toc_object_entries_show_parents = "hide"
 
 
-def reference(lines):
+def reference(app, what, name, thing, options, lines):
     """Docstrings are plain text with code indented by four spaces: as reStructuredText."""
     made, in_code = [], False
     for line in lines:
@@ -39,23 +42,23 @@ def reference(lines):
             elif in_code and not code:
                 made.append("")
             in_code = code
-        made.append(line if in_code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
-    return made
+        made.append(re.sub(r" {3,}#", "  #", line) if in_code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
+    lines[:] = made
 
 
 def page_of_python():
-    """Every public name: autodoc itself would pass over compiled functions."""
-    page = ["Python", "======", "", ".. automodule:: dermis", ""]
-    for module, names in [("dermis", dermis.__all__), ("dermis.contact", dermis.contact.__all__)]:
-        page += [module, "-" * len(module), ""]
-        for name in names:
-            thing = getattr(dermis if module == "dermis" else dermis.contact, name)
-            if inspect.isclass(thing):
-                page += [f".. autoclass:: {module}.{name}", "   :members:",
-                         "   :inherited-members: object, dict, BaseException, Exception, RuntimeError, ValueError", ""]
-            elif callable(thing):
-                page += [f".. autofunction:: {module}.{name}", ""]
-    return "\n".join(page)
+    """python.rst, with entries for the names in its lists, then for all others: autodoc passes over compiled functions."""
+    def entry(name):
+        thing = operator.attrgetter(name)(dermis)
+        if inspect.isclass(thing):
+            return (f".. autoclass:: dermis.{name}\n   :members:\n   :inherited-members: object, dict, BaseException, "
+                    "Exception, RuntimeError, ValueError\n\n")
+        return f".. autofunction:: dermis.{name}\n\n" if callable(thing) else ""
+
+    page = pathlib.Path("python.rst").read_text()
+    public = [*dermis.__all__, *(f"contact.{name}" for name in dermis.contact.__all__)]
+    page += "* " + " ".join(name for name in public if name not in page.split())
+    return re.sub(r"^\* (.*)", lambda names: "".join(map(entry, names[1].split())), page, flags=re.M)
 
 
 def write_pages():
@@ -69,7 +72,9 @@ write_pages()
 
 
 def setup(app):
-    def process(app, what, name, thing, options, lines):
-        lines[:] = reference(lines)
+    def shorten(app, what, name, thing, options, arguments, returned):
+        return [text and re.sub(r"^\(self(, )?", "(", re.sub(r"\b(collections\.abc|numpy\.typing|dermis\._typing)\.", "", text))
+                for text in (arguments, returned)]
 
-    app.connect("autodoc-process-docstring", process)
+    app.connect("autodoc-process-docstring", reference)
+    app.connect("autodoc-process-signature", shorten)
