@@ -12,8 +12,6 @@
 
 #include <unistd.h>
 
-#include <fmt/format.h>
-
 namespace bench {
 
 using namespace dermis;
@@ -92,24 +90,20 @@ std::array<double, 6> errors_of(const std::vector<double>& responses, double int
     return errors;
 }
 
-// A row without its time, and the work that measures it.
-struct Contender {
-    Measurement row;
-    std::function<double()> seconds; // empty: not installed
-};
+Measurement row(const Bench& bench, const char* model, double frequency, long long steps) {
+    Measurement r = row_of(bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1), model, "f64", steps);
+    r.method = r.stencil = "";
+    r.receptors = 2 * cells;
+    return r;
+}
 
 // One thread takes all cells, as the peers do.
 Contender of_scene(const Bench& bench, const char* model, Scene s, double frequency) {
     const Device cpu = Device::cpu(1);
     const double step = s.time.step;
-    Measurement r = bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1);
-    r.model = model;
-    r.precision = "f64";
+    Measurement r = row(bench, model, frequency, std::llround(end / step));
     r.method = name(s.method);
-    r.stencil = "";
     r.dt_over_tau = step / fastest;
-    r.steps = std::llround(end / step);
-    r.receptors = 2 * cells;
     try {
         r.errors = errors_of(run(s, cpu).responses, step, frequency);
     } catch (const Error&) { // refused as unstable: its error is charted all the same
@@ -155,7 +149,7 @@ Contender of_parabolas(const Bench& bench, double interval) {
     s.load.interval = interval;
     s.load.hold = Hold::parabolic;
     Contender c = of_scene(bench, "frames-parabolic", s, smooth_frequency);
-    c.seconds = [file, seconds = c.seconds] { return seconds(); };
+    c.work = [file, work = c.work] { return work(); };
     return c;
 }
 
@@ -165,14 +159,10 @@ Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
                                .frequency = frequency,
                                .interval = peer_interval,
                                .outputs = int(std::lround(end / peer_interval))};
-    Measurement r = bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1);
+    Measurement r = row(bench, "bdf", frequency, 0);
     r.backend = r.driver = "cvode";
     r.driver_version = cvode_version();
     r.exact = false;
-    r.model = "bdf";
-    r.precision = "f64";
-    r.method = r.stencil = "";
-    r.receptors = 2 * cells;
     const std::optional<CvodeRun> first = cvode(problem, tolerance);
     if (!first) {
         r.status = not_installed;
@@ -189,23 +179,13 @@ Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
 void add_solvers(const Bench& bench, double frequency, std::vector<Contender>& all) {
     for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
         all.push_back(of_cvode(bench, tolerance, frequency));
-        if (!all.back().seconds) break; // one row says so
+        if (!all.back().work) break; // one row says so
     }
-    for (const Peers::Peer& peer : bench.peers->prepare(fmt::format("creep {}", frequency))) {
-        Measurement r = bench.of_peer(peer, frequency > 0 ? "smooth" : "stiff", width);
-        r.model = "lsoda";
-        r.precision = "f64";
-        r.stencil = "";
-        r.receptors = 2 * cells;
-        if (peer.method.empty()) {
-            all.push_back({r, {}});
-            continue;
-        }
-        r.steps = peer.steps; // evaluations of the rates: LSODA does not count its steps here
-        r.errors[size_t(Quantity::strain)] = peer.errors.at(0);
-        r.errors[size_t(Quantity::fa1)] = peer.errors.at(1);
-        all.push_back({r, [&bench, peer] { return bench.peers->seconds(peer, 1); }});
-    }
+    // Its steps are evaluations of the rates: LSODA does not count its steps here.
+    const std::vector<size_t> errors = {size_t(Quantity::strain), size_t(Quantity::fa1)};
+    for (Contender& c :
+         bench.of_peers(fmt::format("creep {}", frequency), row(bench, "lsoda", frequency, 0), 1, errors))
+        all.push_back(std::move(c));
 }
 
 std::vector<Contender> held_load(const Bench& bench) {
@@ -228,24 +208,11 @@ std::vector<Contender> smooth_load(const Bench& bench) {
     return all;
 }
 
-// Times all contenders in turn.
-void measure(Bench& bench, std::vector<Contender> contenders) {
-    std::vector<std::function<double()>> work;
-    for (const Contender& c : contenders)
-        if (c.seconds) work.push_back(c.seconds);
-    const std::vector<Timing> timings = bench.paired(work, bench.runs);
-    auto timing = timings.begin();
-    for (Contender& c : contenders) {
-        if (c.seconds) c.row.wall = *timing++;
-        bench.add(c.row);
-    }
-}
-
 } // namespace
 
 void stiff(Bench& bench) {
-    measure(bench, held_load(bench));
-    measure(bench, smooth_load(bench));
+    bench.measure(held_load(bench), bench.runs);
+    bench.measure(smooth_load(bench), bench.runs);
 }
 
 } // namespace bench
