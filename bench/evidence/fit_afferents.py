@@ -42,8 +42,6 @@ POISSON = 0.4
 STEP = 50e-6  # s, the longest step
 HERE = pathlib.Path(__file__).parent
 SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
-PAIRS = ((10.0, 50.0), (10.0, 100.0), (50.0, 250.0), (50.0, 500.0), (100.0, 1000.0))  # Hz, of two sines at once
-BANDS = ((10.0, 25.0), (5.0, 100.0), (25.0, 250.0), (25.0, 500.0), (50.0, 500.0))  # Hz, of the noise
 MODULUS = 5e4  # Pa, under a sphere whose force is known, as in TouchSim
 FORCES = (0.0981, 0.1471, 0.1961)  # N, of the spheres: 10, 15 and 20 gf
 FIELD_PROBE = 0.25e-3  # m, the radius of the probe of the receptive fields
@@ -214,8 +212,6 @@ def load(folder, model):
     data["threshold"] = data["threshold"][np.argsort(data["threshold"][:, 0])]
     data["sine"] = read(folder / "ob_sine_vibro_firing_rate.txt", SINES, model.group, scale)
     data["fraction"] = read(folder / "ob_sine_vibro_prob.txt", SINES, model.group, 1.0)
-    data["pair"] = read(folder / "ob_di_vibro_firing_rate.txt", range(5), model.group, scale)
-    data["noise"] = read(folder / "ob_noise_vibro_firing_rate.txt", range(5), model.group, scale)
     parts = blocks(folder / "fring_diff_cav.txt")
     data["spheres"] = np.array([(n, max(k, 0.0), y) for n, p in zip(FORCES, parts) for k, y in p])  # N, 1/m, Hz
     areas = blocks(folder / "observed_rF_size.txt")
@@ -331,50 +327,10 @@ def rms(x):
     return np.sqrt(np.mean(np.square(x)))
 
 
-def pair_rates(model, v, data, ratio):
-    """Rates for two sines of the amplitudes a and ratio(low, high)*a, both 0 at the start.
-
-    The files have one amplitude for both sines; the code they belong to takes the ratio as 1.
-    """
-    out, step = [], STEP / 2
-    t = np.arange(int(round(1 / step))) * step
-    for s, a, _ in data:
-        low, high = PAIRS[int(s)]
-        parts = ((1.0, low), (ratio(low, high), high))
-        drive = sum(c * np.imag(model.transfer(v, f) * np.exp(2j * np.pi * f * t)) for c, f in parts)
-        out.append(mean_rate(v, rectified(v, drive), step, a, 1.0))
-    return np.array(out)
-
-
-def noise_rates(model, v, data):
-    """Rates for Gaussian noise with a flat spectrum within the band, whose root mean square is the amplitude."""
-    out, n = [], int(round(1 / STEP))
-    f = np.fft.rfftfreq(n, STEP)
-    h = model.transfer(v, f)
-    rng = np.random.default_rng(1)
-    for s, a, _ in data:
-        low, high = BANDS[int(s)]
-        spectrum = np.where((f >= low) & (f <= high), rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)), 0)
-        spectrum /= rms(np.fft.irfft(spectrum, n))
-        out.append(mean_rate(v, rectified(v, np.fft.irfft(spectrum * h, n)), STEP, a, 1.0))
-    return np.array(out)
-
-
 def fractions(model, v, data, step=STEP):
     """The share of afferents that fire."""
     least = dict(zip(SINES, thresholds(model, v, SINES, step)))
     return np.array([ndtr(np.log(a / least[f]) / v["spread"]) for f, a, _ in data])
-
-
-def entrained(model, v, f):
-    """The range of amplitudes (m) in which a median afferent fires one spike per cycle, and its threshold (m)."""
-    wave, step = sine_current(model, v, f, STEP / 4)
-    cycles, least = 200, 1 / peak(wave, step, v["membrane_time"])
-    times = v["membrane_time"], v["refractory_time"]
-    amplitudes = least * np.geomspace(1, 1000, 2000)
-    spikes = np.array([count(wave, a, step, *times, len(wave) * cycles) for a in amplitudes])
-    one = amplitudes[np.abs(spikes - cycles) <= 1]
-    return (one.min(), one.max(), least) if len(one) else (np.nan, np.nan, least)
 
 
 def reach(model, v, depths, gain):
@@ -438,21 +394,9 @@ def report(model, x, data):
     print(f"{model.name}: rates R2 {r2(hz + observed, observed):.3f}, rms {rms(hz):.2f} Hz")
     chosen = {f: data["sine"][:, 0] == f for f in SINES}
     print("  rms by frequency (Hz): " + ", ".join(f"{f:.0f}: {rms(hz[c]):.2f}" for f, c in chosen.items()))
-    half = errors(model, x, data, step=STEP / 2)
-    print(f"  rms of the changes at half the step: {rms(half[2] - hz):.3f} Hz and {rms(half[0] - db):.4f} dB")
     p = data["fraction"][:, 2]
     print(f"  shares of afferents that fire: R2 {r2(share + p, p):.3f}, rms {rms(share):.3f}")
     print(f"  thresholds: rms {rms(db):.2f} dB; errors by frequency " + " ".join(f"{e:.1f}" for e in db))
-    readings = {"equal amplitudes": lambda low, high: 1.0, "equal peak velocities": lambda low, high: low / high}
-    for label, ratio in readings.items():
-        y, z = pair_rates(model, v, data["pair"], ratio), data["pair"][:, 2]
-        print(f"  held out, two sines, {label}: R2 {r2(y, z):.3f}, rms {rms(y - z):.2f} Hz; first two pairs alone: "
-              f"R2 {r2(y[:10], z[:10]):.3f}, rms {rms((y - z)[:10]):.2f} Hz")
-    y, z = noise_rates(model, v, data["noise"]), data["noise"][:, 2]
-    print(f"  held out, noise: R2 {r2(y, z):.3f}, rms {rms(y - z):.2f} Hz, mean {np.mean(y - z):.2f} Hz")
-    for f in (40.0, 200.0):
-        low, high, least = (a * 1e6 for a in entrained(model, v, f))
-        print(f"  one spike per cycle at {f:.0f} Hz: {low:.4g} to {high:.4g} um; threshold {least:.4g} um")
 
 
 HEADER = """\

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Published results about touch beside what dermis computes: evidence.py dermis folder [--row NAME] [--write]
 
-Writes the page EVIDENCE.md and its pictures into the folder. bench/evidence/rows.csv has the rows, and what each is
-judged by. Exits with 1 where a number is not as in bench/evidence/expected.csv (name, value, and by how much it may
+Writes the page EVIDENCE.md and its pictures into the folder. rows.csv has the rows, and what each is
+judged by. Exits with 1 where a number is not as in expected.csv (name, value, and by how much it may
 differ), or bench/EVIDENCE.md counts otherwise, after the page is written. --row: computes this row alone and prints its
 numbers, without a page. --write: writes expected.csv anew.
 """
 import argparse
-import csv
 import re
 import sys
 import tempfile
@@ -17,85 +16,26 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-import evidence_fields as places
-import evidence_spikes as spikes
+from rows import HERE, Row, data, listed, save
+
+import firing
+import halfspace
+import places
 import vibration
 from drawing import VERMILLION
-from evidence_row import DATA, HERE, SOURCES, Row, data, lines_of, run, save
+from runs import run, scene, table, traces
 
 FILES = ("rows.csv", "adaptation.csv", "heldout.csv", "bar.csv", "rates.csv", "spheres.csv", "fields.csv", "thresholds.csv",
-         "edges.csv", "afferents.csv", "press.csv", "reach.csv",
-         "spacing.csv")
-HALF_SPACE = """
-[grid]
-width = {width}
-height = {height}
-spacing = {spacing}
-[surface]
-relief = 1e-5
-[material]
-modulus = 1 # Pa: a response is the stress in Pa, or the strain times the modulus
-viscosity = 1e-9
-thickness = 1e-3
-curvature_length = 0
-[load]
-kind = "file"
-path = "pressure.npy"
-[receptors]
-kernel = "{kernel}"
-{poisson}
-[time]
-step = 0.1
-duration = 0.1
-[output]
-traces = []
-fields = [{{ at = 0.1, what = ["sa1"] }}]
-"""
-SINE = """
-[grid]
-width = 1
-height = 1
-spacing = 1e-3
-[surface]
-relief = 1e-5
-[material]
-modulus = 1
-viscosity = {tau}
-thickness = 1e-3
-curvature_length = 0
-[load]
-radius = 1
-envelope = "sine"
-frequency = {hz}
-[time]
-step = {step}
-duration = {duration}
-[output]
-traces = ["{response}"]
-extremes = false
-"""
-
-
-def below(dermis, pressure, spacing, depths, kernel="stress"):
-    """What acts at each of some depths (m) below a map of pressures: a map each, from dermis."""
-    height, width = pressure.shape
-    poisson = "poisson = 0.4" if kernel == "strain" else ""
-    with tempfile.TemporaryDirectory() as folder:
-        np.save(f"{folder}/pressure.npy", pressure)
-        sweep = ",".join(f"{{ sa1 = {depth} }}" for depth in depths)
-        scene = HALF_SPACE.format(width=width, height=height, spacing=spacing, kernel=kernel, poisson=poisson)
-        out = run(dermis, scene, folder, "--set", f"receptors.depth={sweep}")
-        folders = [out / str(i + 1) for i in range(len(depths))] if len(depths) > 1 else [out]
-        return [np.load(f / "sa1_t0.1.npy") for f in folders]
+         "edges.csv", "afferents.csv", "press.csv", "reach.csv", "spacing.csv", "touchsim.csv")
+WORDS = {name: (ours, why) for name, ours, why in re.findall(r"^#: (\w+)\n(.*)\n(.*)$", (HERE / "words.txt").read_text(), re.M)}
 
 
 def amplitude(dermis, response, hz, tau):
     """The amplitude of a response to a sine of amplitude 1, from a run of dermis with one retardation time (s)."""
     wait = int(np.ceil(15 * tau * hz))  # periods, after which it swings evenly
     with tempfile.TemporaryDirectory() as folder:
-        scene = SINE.format(tau=tau, hz=hz, response=response, step=1 / hz / 32, duration=(wait + 2) / hz)
-        out = run(dermis, scene, folder)
-        values = np.genfromtxt(out / "traces.csv", delimiter=",", names=True)[f"{response}_mean"]
+        text = scene("sine", tau=tau, hz=hz, response=response, step=1 / hz / 32, duration=(wait + 2) / hz)
+        values = traces(run(dermis, text, folder))[f"{response}_mean"]
     last = values[(wait + 1) * 32:(wait + 2) * 32]
     return 2 / 32 * abs((last * np.exp(-2j * np.pi * np.arange(32) / 32)).sum())
 
@@ -119,103 +59,60 @@ def filter_row(dermis, folder):
     axis.set_xlabel("frequency (Hz)", fontsize=9)
     axis.legend(fontsize=8, frameon=False)
     save(figure, folder / "evidence_thresholds.png")
-    return Row(f"FA1 after one fitted gain and one fitted retardation time, {tau * 1e3:.1f} ms",
-               "This says that the points are those of a filter with one corner, and nothing about skin: the preset's has "
-               "retardation times of 5 ms, 0.1 s and 2.8 s", {"ra_fa1_db": float(np.std(decibels)), "ra_fa1_tau_ms": tau * 1e3},
-               "evidence_thresholds.png")
+    return Row({"ra_fa1_db": float(np.std(decibels)), "ra_fa1_tau_ms": tau * 1e3}, "evidence_thresholds.png")
 
 
 def adaptation_row(dermis, folder):
     numbers, names = {}, {0: "held", -0.15: "falling", 0.15: "rising"}
-    text = (HERE.parent / "host/examples/held_depth.toml").read_text()
+    text = (HERE.parents[1] / "host/examples/held_depth.toml").read_text()
     for row in data("adaptation.csv"):
         depth, drift = float(row["depth_mm"]), float(row["drift"])
         rise = depth / 0.4
-        scene = text.replace('"0.65 mm"', f'"{depth} mm"').replace("duration = 14", "duration = 16").replace(
+        pressed = text.replace('"0.65 mm"', f'"{depth} mm"').replace("duration = 14", "duration = 16").replace(
             'envelope = "ramp"\nrise = 1.625',
             f'envelope = "table"\ntimes = [0, {rise}, {rise + 12}]\nvalues = [0, 1, {1 + drift}]')
         with tempfile.TemporaryDirectory() as work:
-            sa1 = np.genfromtxt(run(dermis, scene, work) / "traces.csv", delimiter=",", names=True)["sa1_probe0"]
+            sa1 = traces(run(dermis, pressed, work))["sa1_probe0"]
         held = round(rise / 0.025)
         numbers[f"{names[drift]}_{depth}_mm"] = 100 * (sa1[held + 480] / sa1[held] - 1)
-    return Row("six changes of the response, not of spikes",
-               "Asked for are points of percent. The response follows the stress, `receptors.follow`, below a punch that is "
-               "pressed to a depth. How much of the stress lasts, 0.25, is a choice of the preset that decides it; the "
-               "times are measured on human fingerpads", numbers)
-
-
-def rigid_bar(width, height, spacing, half):
-    """The pressure under a rigid bar across a map, of mean 1: cells' means of 2/pi/sqrt(1 - (x/half)^2)."""
-    edges = np.clip((np.arange(width + 1) - width / 2) * spacing / half, -1, 1)
-    return np.diff(np.arcsin(edges)) * half / spacing * 2 / np.pi * np.ones((height, 1))
+    return Row(numbers)
 
 
 def ridges_row(dermis, folder):
-    found = vibration.measure(dermis)
-    return Row(f"power there over that of its flanks {found['across']:.0f} with ridges across the slide, "
-               f"{found['along']:.2f} along it, {found['even']:.2f} with an even contact; {found['displacement']:.0f} where FA2 "
-               "answers to the displacement",
-               "A sensor with ridges of period lambda, under which a random texture slides at the speed v, vibrates most at "
-               "v/lambda. Frequency alone is judged: summaries of the paper speak of up to 100 times stronger. Contact on "
-               "crests is put in by hand, and does it together with the stress at 2 mm. Two textures here; the picture "
-               "has six, and other speeds and ridges", {f"ridges_{name}": value for name, value in found.items()},
-               "vibration.png")
-
-
-def flat_punch(width, height, spacing, radius, force):
-    """The pressure (Pa) under a rigid flat punch at the cell (width/2, height/2): means of cells, by 40 lines."""
-    lines = (np.arange(height * 40) + 0.5) / 40 - 0.5 - height // 2
-    chord = np.sqrt(np.clip(radius**2 - (lines[:, None] * spacing) ** 2, 1e-30, None))
-    edges = np.clip((np.arange(width + 1) - 0.5 - width // 2) * spacing / chord, -1, 1)
-    inside = np.abs(lines[:, None]) * spacing < radius
-    each = np.where(inside, np.diff(np.arcsin(edges), axis=1), 0) / (2 * np.pi * radius * spacing) * force
-    return each.reshape(height, 40, width).mean(1)
-
-
-def even_press(width, height, spacing, radius=1e-3, force=0.119047):
-    """The force (N) of a flat punch that is pressed 1 mm into TouchSim's skin, as an even pressure (Pa)."""
-    y, x = np.mgrid[0:height, 0:width]
-    return (np.hypot(y - height // 2, x - width // 2) * spacing <= radius) * force / (np.pi * radius**2)
+    return Row({f"ridges_{name}": value for name, value in vibration.measure(dermis).items()}, "vibration.png")
 
 
 def press_row(dermis, folder):
     rows = data("press.csv")
     width, height, spacing, radius, force = 132, 162, 1e-4, 1e-3, 0.119047
-    even = even_press(width, height, spacing)
+    even = halfspace.even_press(width, height, spacing)
     depth = float(rows[0]["depth_mm"]) * 1e-3
-    centre = below(dermis, flat_punch(width, height, spacing, radius, force), spacing, (depth,))[0][81, 66] / 1e3
-    alike, ours = spikes.fire_in_press(dermis, even)
+    centre = halfspace.below(dermis, halfspace.flat_punch(width, height, spacing, radius, force), spacing, (depth,))[0][81, 66] / 1e3
+    alike, ours = firing.fire_in_press(dermis, even)
     numbers = {"punch_kpa": centre, **{f"press_{kind}": share for kind, share in ours.items()},
                **{f"press_{kind}_alike": share for kind, share in alike.items()}}
-    return Row("of single endings like the median's " + ", ".join(f"{alike[row['class']]:.0f}" for row in rows) + " %",
-               "Afferents have the endings of row:fields and the default sensitivities and spreads, at 0.3, 0.5 and 2 mm; "
-               "the press takes 50 ms. TouchSim itself has fields of 0 to 2.4 mm2 (SA1) and 0 to 5.9 mm2 (RA) where "
-               "monkeys have those of row:fields. For FA2 it has waves that travel along the skin, which dermis does not have", numbers)
+    return Row(numbers, told={"texts": listed(alike[row["class"]] for row in rows)})
 
 
 def reach_row(dermis, folder):
     rows, (width, height, spacing) = data("reach.csv"), (132, 162, 1e-4)
-    pressure = even_press(width, height, spacing)
+    pressure = halfspace.even_press(width, height, spacing)
     numbers = {}
     for kernel, end in (("displacement", ""), ("stress", "_stress")):
-        away, fires = spikes.fire_by_distance(dermis, pressure, kernel)
+        away, fires = firing.fire_by_distance(dermis, pressure, kernel)
         numbers[f"reach_whole{end}"] = 100 * fires.mean()
         for row in rows:
             within = abs(away - float(row["mm"])) < float(row["half_width_mm"])
             numbers[f"reach_{row['mm']}_mm{end}"] = fires[within].mean()
-    by_stress = [numbers[f"reach_{row['mm']}_mm_stress"] for row in rows]
-    return Row("by the stress " + ", ".join(f"{share:.2f}" for share in by_stress) + f", in all {numbers['reach_whole_stress']:.0f} %",
-               'FA2 answers to the displacement, `receptors.kernel = { fa2 = "displacement" }`; its sensitivity is the '
-               "median's, with the spread of its class: with that of the thresholds all fire. Where TouchSim has waves that "
-               "travel along the skin, this is a half-space at rest", numbers)
+    return Row(numbers, told={"texts": listed((numbers[f"reach_{row['mm']}_mm_stress"] for row in rows), ".2f")})
 
 
-ROWS = {"adaptation": adaptation_row, "ridges": ridges_row, "noise": spikes.noise_row, "pairs": spikes.pairs_row,
+ROWS = {"adaptation": adaptation_row, "ridges": ridges_row, "noise": firing.noise_row, "pairs": firing.pairs_row,
         "bar": places.bar_row, "dots": places.dots_row, "spacing": places.spacing_row, "gratings": places.gratings_row,
-        "ramp": spikes.ramp_row, "rates": spikes.rates_row, "spheres": places.spheres_row, "fields": places.fields_row,
-        "thresholds": spikes.thresholds_row, "filter": filter_row, "strokes": places.strokes_row,
-        "edges": spikes.edges_row, "plateau": spikes.plateau_row, "hold": spikes.hold_row, "press": press_row,
-        "reach": reach_row, "units": spikes.units_row}
+        "ramp": firing.ramp_row, "rates": firing.rates_row, "spheres": places.spheres_row, "fields": places.fields_row,
+        "thresholds": firing.thresholds_row, "filter": filter_row, "strokes": places.strokes_row,
+        "edges": firing.edges_row, "plateau": firing.plateau_row, "hold": firing.hold_row, "press": press_row,
+        "reach": reach_row, "units": firing.units_row}
 
 
 def judged(value, line):
@@ -229,6 +126,11 @@ def judged(value, line):
 def asked(line):
     tolerance = line["tolerance"]
     return f"{tolerance} {line['published']}" if tolerance.startswith("at") else f"{line['published']} ± {tolerance}"
+
+
+def told(name, row, which):
+    """What words.txt says of a row: 0: what dermis has; 1: why."""
+    return WORDS[name][which].format(**row.numbers, **row.told)
 
 
 def verdict_of(lines, agrees):
@@ -275,21 +177,21 @@ changes.
         for line in lines:
             value = row.numbers[line["name"]]
             head += f"| {line['quantity']} | {asked(line)} | {digits(value)} | {verdict_of(lines, judged(value, line))} |\n"
-        head += f"\ndermis: {row.ours}.\n\n{row.why}.\n\n`python3 bench/evidence.py DERMIS FOLDER --row {name}` computes it.\n"
+        head += f"\ndermis: {told(name, row, 0)}.\n\n{told(name, row, 1)}.\n\n`python3 bench/evidence/evidence.py DERMIS FOLDER --row {name}` computes it.\n"
     head = re.sub(r"row:(\w+)", lambda found: f"row {number[found[1]]}", head)
     head += "\n## Data\n\n"
     for name in FILES:
-        text = " ".join(line[2:] for line in lines_of(name) if line.startswith("#"))
+        text = " ".join(line[2:] for line in (HERE / name).read_text().splitlines() if line.startswith("#"))
         head += f"- [{name}](evidence/{name}): {text}\n"
-    missing = [name for name in SOURCES if name not in head]
+    sources = dict(line.split(": ", 1) for line in (HERE / "sources.txt").read_text().splitlines())
+    missing = [name for name in sources if name not in head]
     assert not missing, f"no row and no data are of {missing}"
-    return head + "\n## Sources\n\n" + "".join(f"- {name}: {text}.\n" for name, text in SOURCES.items())
+    return head + "\n## Sources\n\n" + "".join(f"- {name}: {text}.\n" for name, text in sources.items())
 
 
 def changed(numbers, path):
     """What is not as expected, in words."""
-    with open(path, newline="") as file:
-        expected = {row["name"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+    expected = {row["name"]: row for row in table(path)}
     wrong = [f"{name} = {numbers.get(name)}; {path} has {expected.get(name, {}).get('value')}"
              for name in sorted(set(numbers) ^ set(expected))]
     for name in sorted(set(numbers) & set(expected)):
@@ -324,7 +226,7 @@ def main():
         row = ROWS[name](dermis, options.folder)
         row.numbers = {key: float(value) for key, value in row.numbers.items()}
         rows.append((name, lines[name], row))
-        print(f"{name}: {lines[name][0]['title']}: {row.ours}", flush=True)
+        print(f"{name}: {lines[name][0]['title']}: {told(name, row, 0)}", flush=True)
         for line in lines[name]:
             value = row.numbers[line["name"]]
             print(f"    {line['quantity']}: {digits(value)}, {asked(line)}: {verdict_of(lines[name], judged(value, line))}", flush=True)
@@ -333,10 +235,10 @@ def main():
     (options.folder / "EVIDENCE.md").write_text(page(rows))
     numbers = {name: value for _, _, row in rows for name, value in row.numbers.items()}
     if options.write:
-        written(numbers, DATA / "expected.csv")
-    elif page(rows).split("##")[0] != (HERE / "EVIDENCE.md").read_text().split("##")[0]:
+        written(numbers, HERE / "expected.csv")
+    elif page(rows).split("##")[0] != (HERE.parent / "EVIDENCE.md").read_text().split("##")[0]:
         sys.exit(f"evidence: the counts of bench/EVIDENCE.md are not those of {options.folder / 'EVIDENCE.md'}")
-    wrong = changed(numbers, DATA / "expected.csv")
+    wrong = changed(numbers, HERE / "expected.csv")
     if wrong:
         sys.exit("evidence: numbers that are not as expected:\n" + "\n".join(wrong))
 
