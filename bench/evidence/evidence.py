@@ -147,25 +147,14 @@ def page(rows):
     kinds = {kind: [name for name, lines, _ in rows if lines[0]["kind"] == kind]
              for kind in dict.fromkeys(lines[0]["kind"] for _, lines, _ in rows)}
     counted = {kind: f"{sum(agree[name] for name in names)} of {len(names)}" for kind, names in kinds.items()}
-    head = f"""# Published results beside ours
-
-{counted['prediction']} predictions agree; {counted['fit']} fits agree. Beside them stand {counted['other model']} comparisons with another
-model, TouchSim, and {len(kinds['by choice'])} rows that count as neither: the model was changed, or a number chosen, while their results
-were known, or the number asked for is ours. For each row [rows.csv](evidence/rows.csv) gives the source, the kind, the published numbers
-and by how much ours may differ. It also names the rows whose results were known before this was written. No row is taken out for its result. These rows show a
-small part of what is known about touch. The model has no direction of forces, no slip, no friction, no waves that travel along the skin,
-no noise and no conduction times. Noise would let rates rise between no spike and one per cycle (row:ramp), and make counts vary from trial
-to trial; conduction times would shift all spikes of an afferent together, by 2 to 5 ms in people, and change no rate; the finger's resonance
-would about double what distant FA2 afferents feel near their best frequency. [MODEL.md](../host/core/description/MODEL.md) says what the model is. Afferents are nerve fibres of the skin. This page is
-written by `./run evidence`. Its numbers are compared with [expected.csv](evidence/expected.csv); the test `evidence` fails where one
-changes.
-"""
-    table = "\n| # | published | asked for | dermis | verdict |\n|---|---|---|---|---|\n"
+    head = (HERE / "EVIDENCE.md.in").read_text().format(prediction=counted["prediction"], fit=counted["fit"], other=counted["other model"],
+                                                        chosen=len(kinds["by choice"]))
+    heading = "\n| # | published | asked for | dermis | verdict |\n|---|---|---|---|---|\n"
     verdict = {name: verdict_of(lines, agree[name]) for name, lines, _ in rows}
     titles = {"prediction": "Predictions", "fit": "Fits", "by choice": "Compatible by a choice of ours", "other model": "Other models"}
     number = {name: n for n, (name, _, _) in enumerate(rows, 1)}
     for kind, names in kinds.items():
-        head += f"\n## {titles[kind]}: {counted[kind]}\n{table}"
+        head += f"\n## {titles[kind]}: {counted[kind]}\n{heading}"
         for name, lines, row in rows:
             if name in names:
                 wants = "; ".join(f"{line['quantity']}: {asked(line)}" for line in lines)

@@ -37,10 +37,13 @@ import numpy as np
 from scipy.optimize import differential_evolution, least_squares
 from scipy.special import ndtr, ndtri
 
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+from runs import fitted
+
 RADIUS = 0.5e-3  # m, of the probe
 POISSON = 0.4
 STEP = 50e-6  # s, the longest step
-HERE = pathlib.Path(__file__).parent
 SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
 MODULUS = 5e4  # Pa, under a sphere whose force is known, as in TouchSim
 FORCES = (0.0981, 0.1471, 0.1961)  # N, of the spheres: 10, 15 and 20 gf
@@ -268,22 +271,13 @@ def fit(model, data, quick):
     effort = {"popsize": 4, "maxiter": 3} if quick else {"popsize": 12, "maxiter": 120}
     search = differential_evolution(cost, model.bounds, seed=1, tol=1e-5, polish=False, **effort)
     inside = np.clip(search.x, *(model.bounds.T + [[1e-9], [-1e-9]]))
-    return least_squares(
-        lambda x: residuals(model, x, data),
-        inside,
-        lambda x: jacobian(model, x, data),
-        bounds=model.bounds.T,
-        xtol=1e-6,
-        ftol=1e-6,
-        max_nfev=3 if quick else 40,
-    ).x
+    return least_squares(lambda x: residuals(model, x, data), inside, lambda x: jacobian(model, x, data), bounds=model.bounds.T,
+                         xtol=1e-6, ftol=1e-6, max_nfev=3 if quick else 40).x
 
 
 def stored(model):
     """The parameters in the afferents.csv beside this file, as fit() has them."""
-    with open(HERE / "afferents.csv", newline="") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        found = {row["parameter"]: float(row["value"]) for row in rows if row["class"] == model.name.lower()}
+    found = fitted(model.name.lower())
     positive, negative = (found[f"gains[{model.order}][{k}]"] for k in (0, 1))
     found |= {"gain_positive": positive, NEGATIVE: negative / positive}
     found |= {f"time_constant_{j + 1}": found.get(f"time_constants[{j}]") for j in (0, 1)}
@@ -317,10 +311,6 @@ def uncertainty(model, x, data):
         at = np.searchsorted(free, pair)
         error["negative"] = np.sqrt(slope @ covariance[np.ix_(at, at)] @ slope)
     return error, {n: "; ".join(t) for n, t in note.items()}
-
-
-def r2(predicted, observed):
-    return 1 - ((predicted - observed) ** 2).sum() / ((observed - observed.mean()) ** 2).sum()
 
 
 def rms(x):
@@ -384,34 +374,6 @@ def fit_endings(model, v, data, gain):
             ("field_gain", gain, "1", None, "set")]
 
 
-def report(model, x, data):
-    v = model.values(x)
-    db, share, hz = errors(model, x, data)
-    observed = data["sine"][:, 2]
-    if "value" in v:
-        held = data["spheres"][:, 2]
-        print(f"{model.name}: spheres R2 {r2(sphere_rates(model, v, data['spheres']), held):.3f}")
-    print(f"{model.name}: rates R2 {r2(hz + observed, observed):.3f}, rms {rms(hz):.2f} Hz")
-    chosen = {f: data["sine"][:, 0] == f for f in SINES}
-    print("  rms by frequency (Hz): " + ", ".join(f"{f:.0f}: {rms(hz[c]):.2f}" for f, c in chosen.items()))
-    p = data["fraction"][:, 2]
-    print(f"  shares of afferents that fire: R2 {r2(share + p, p):.3f}, rms {rms(share):.3f}")
-    print(f"  thresholds: rms {rms(db):.2f} dB; errors by frequency " + " ".join(f"{e:.1f}" for e in db))
-
-
-HEADER = """\
-# Parameters of afferents, fitted by bench/evidence/fit_afferents.py to points that Data/txtdata of
-# github.com/ouyangqq/model_tactile_pop_response (commit e9c3672), the code of Ouyang et al. 2021, has digitized: rates
-# and shares of afferents that fire of Muniak et al. 2007, and thresholds after recordings such as those of Freeman and
-# Johnson 1982. Input: the strain below a flat cylinder of 1 mm diameter, at 0.3 mm (sa1), 0.5 mm (ra) and 2 mm (pc).
-# The values are those of the median afferent; no standard error: not fitted, or at a bound. spread: of the natural
-# logarithm of the gains among afferents. threshold_gain: the factor by which the afferents of the thresholds are more
-# sensitive than the median afferent. SA1 is fitted to 21 rates under spheres too (spheres.csv); finger_curvature adds to
-# the sphere's. endings, radius: an afferent's number of endings and the disc around its middle in which they lie, fitted
-# to fields.csv with the gain times field_gain.
-"""
-
-
 def table(model, x, data):
     """The rows of the file for a class: the members of AfferentModel, then what describes the population."""
     v = model.values(x)
@@ -450,10 +412,9 @@ def main(folder, out, only, quick):
             spread = f"{error:.2g}" if error else ""
             print(f"{model.name:4} {name:18} {value:9.4g} {unit:3} {spread and '+- ' + spread:12} {note}")
             lines.append((model.name.lower(), name, f"{value:.4g}", unit, spread, note))
-        report(model, x, data)
         print(f"  {time.time() - start:.0f} s since the start", flush=True)
     with open(pathlib.Path(out) / "afferents.csv", "w", newline="") as file:
-        file.write(HEADER)
+        file.writelines(line for line in (HERE / "afferents.csv").open() if line.startswith("#"))
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("class", "parameter", "value", "unit", "standard_error", "note"))
         writer.writerows(lines)
