@@ -94,7 +94,7 @@ void spikes(Bench& bench) {
             for (const double step : {1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
                 add(Device::cpu(1), "spikes-steps", 17000, fmt::format("{:g}", step), strain, step);
         for (const long long n : {17000LL, 230000LL}) {
-            std::vector<Device> devices = {Device::cpu(1), Device::cpu(bench.cores)};
+            std::vector<Device> devices = bench.cpus();
             if (bench.vulkan) devices.push_back(*bench.vulkan);
             for (const Device& device : devices) add(device, "spikes", n, fmt::format("exact-{:.0f}Hz", rate), strain);
         }
