@@ -265,21 +265,8 @@ def hand_sites(rows):
                  [[r["receptors"], num(r["us"]), num(fields["us"])] for r, fields in zip(found[::2], found[1::2])])
 
 
-def paced(rows):
-    names = {"sites": "{} sites", "fields": "fields", "empty": "an empty loop"}
-    return table(["", "within a millisecond", "median, us"],
-                 [[text.format(r["receptors"]), f"{100 * number(r['of_limit']):.2f} %", num(r["seconds"] * 1e6)]
-                  for m, text in names.items() for r in of(rows, "paced", model=m)])
-
-
 def by_a_copy(rows, model):
     return num(best(of(rows, "state"), "seconds", model=model) / best(of(rows, "state"), "seconds", model="memcpy"), 2)
-
-
-def made(rows):
-    found = of(rows, "pads-made")
-    return table(["", "CPU path", driver(found)], [[text, *(num(1e3 * best(found, "seconds", model=m, on=on)) for on in ("cpu", "vulkan"))]
-                                                   for m, text in (("batch", "4096 pads"), ("second-skin", "the second skin of a kind"))])
 
 
 def by_side(rows):
@@ -298,10 +285,6 @@ def press(rows):
                (f"limit, {all_threads(rows)}", {**moves, **all_of}), ("limit, 1 thread", {**moves, "threads": "1"}),
                (driver(of(rows, "press")), {"backend": "vulkan"}), ("its limit", {"backend": "vulkan-moves"})]
     return grid(of(rows, "press"), "N", by_side(rows), columns)
-
-
-def press_fa1(rows):
-    return grid(of(rows, "press-fa1"), "N", by_side(rows), [(plural(t), {"threads": t}) for t in dict.fromkeys(("1", rows[0]["cores"]))])
 
 
 def beside_peers(rows):
@@ -385,11 +368,6 @@ def solver_table(rows, workload, head, against):
 def solvers(rows):
     same = next((r["least"] for r in of(rows, "stiff", method="exact") if abs(step_of(r) - 10) < 1e-6), math.nan)
     return solver_table(rows, "stiff", ["solver", "error of strain", "error of FA1", "ms", "times exact"], same)
-
-
-def smooth(rows):
-    return solver_table(rows, "smooth", ["", "error of strain", "error of FA1", "ms", "times the exact sine"],
-                        best(of(rows, "smooth"), "least", model="sine"))
 
 
 def spikes(rows):
@@ -476,12 +454,6 @@ def processes(rows):
                                                      for workload, text in names.items() for r in of(rows, workload)])
 
 
-def construction(rows):
-    sides = [(r["width"], {"width": r["width"]}) for r in of(rows, "construction")]
-    return grid(rows, "N", [("without noise", {"workload": "construction"}), ("with noise", {"workload": "construction-noise"})],
-                sides, "seconds")
-
-
 def sites(rows):
     found = of(rows, "options")
     most = sorted((s[2] == 1, max(number(r["receptors"]) for r in found if r["shape"] == s and r["receptors"]) / s[2])
@@ -496,8 +468,21 @@ def fingertip(rows):
 
 
 TABLES = {of.__name__: of for of in (
-    presses, options, kinds, cells, native_pads, touched, bodies, batches, hand_sites, paced, made, press, press_fa1, beside_peers, ways,
-    depths, depth_errors, accuracy, stiff, solvers, smooth, spikes, spike_steps, marches, chains, less, growth, processes, construction)}
+    presses, options, kinds, cells, native_pads, touched, bodies, batches, hand_sites, press, beside_peers, ways, depths, depth_errors,
+    accuracy, stiff, solvers, spikes, spike_steps, marches, chains, less, growth, processes)} | {
+    "press_fa1": lambda rows: grid(of(rows, "press-fa1"), "N", by_side(rows), [
+        (plural(t), {"threads": t}) for t in dict.fromkeys(("1", rows[0]["cores"]))]),
+    "paced": lambda rows: table(["", "within a millisecond", "median, us"], [
+        [text.format(r["receptors"]), f"{100 * number(r['of_limit']):.2f} %", num(r["seconds"] * 1e6)]
+        for m, text in (("sites", "{} sites"), ("fields", "fields"), ("empty", "an empty loop")) for r in of(rows, "paced", model=m)]),
+    "made": lambda rows: table(["", "CPU path", driver(of(rows, "pads-made"))], [
+        [text, *(num(1e3 * best(of(rows, "pads-made"), "seconds", model=m, on=on)) for on in ("cpu", "vulkan"))]
+        for m, text in (("batch", "4096 pads"), ("second-skin", "the second skin of a kind"))]),
+    "smooth": lambda rows: solver_table(rows, "smooth", ["", "error of strain", "error of FA1", "ms", "times the exact sine"],
+                                        best(of(rows, "smooth"), "least", model="sine")),
+    "construction": lambda rows: grid(rows, "N", [(f"{way} noise", {"workload": w}) for way, w in (
+        ("without", "construction"), ("with", "construction-noise"))],
+        [(r["width"], {"width": r["width"]}) for r in of(rows, "construction")], "seconds")}
 WORDS = {
     "quick": lambda rows: "" if rows[0]["size"] == "full" else
     "\n**A quick run: few rounds on small grids, good for a look and not for a figure.**\n",
