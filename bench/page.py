@@ -456,8 +456,8 @@ def processes(rows):
 
 def sites(rows):
     found = of(rows, "options")
-    most = sorted((s[2] == 1, max(number(r["receptors"]) for r in found if r["shape"] == s and r["receptors"]) / s[2])
-                  for s in option_shapes(found))
+    most = sorted({(s[2] == 1, max(number(r["receptors"]) for r in found if r["shape"] == s and r["receptors"]) / s[2])
+                   for s in option_shapes(found)})
     return " and ".join(f"{n:.0f} in the one skin" if single else f"{n:.0f} in each pad" for single, n in most)
 
 
