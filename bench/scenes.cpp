@@ -140,7 +140,8 @@ void constant_map(Bench& bench) {
             if (!std::isfinite(last)) throw std::runtime_error("held-map: a mean is not finite");
         }
         if (n > 512) continue;
-        std::vector<Device> devices = {Device::cpu(bench.cores)};
+        std::vector<Device> devices;
+        devices.push_back(Device::cpu(bench.cores));
         if (bench.vulkan) devices.push_back(*bench.vulkan);
         for (const Device& device : devices) {
             Scene marched = in(s, Model::march, Precision::f32);
