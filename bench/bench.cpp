@@ -4,7 +4,6 @@
 #include "bench/bench.hpp"
 
 #include "bench/gate.hpp"
-#include "host/core/embedding/backend.hpp"
 
 #include <algorithm>
 #include <ctime>
@@ -47,30 +46,52 @@ Measurement Bench::cpu(const std::string& workload, long long n, int threads) co
     return r;
 }
 
+std::vector<Device> Bench::cpus() const {
+    std::vector<Device> all = {Device::cpu(1)};
+    if (cores > 1) all.push_back(Device::cpu(cores));
+    return all;
+}
+
+std::vector<Device> Bench::devices() const {
+    std::vector<Device> all;
+    const std::vector<DeviceInfo> listed = vulkan ? Device::list() : std::vector<DeviceInfo>();
+    for (size_t i = 0; i < listed.size(); ++i)
+        if (listed[i].refused.empty()) all.push_back(Device::open(std::to_string(i)));
+    return all;
+}
+
 Measurement Bench::on(const Device& device, const std::string& workload, long long n) const {
     const DeviceInfo& info = device.info();
     Measurement r = cpu(workload, n, info.vulkan ? 0 : device.impl().backend->threads());
     if (!info.vulkan) return r;
-    const vulkan::PhysicalDevice& physical = vulkan::context_of(*device.impl().backend)->physical();
     r.backend = "vulkan";
     r.device = info.name;
     r.driver = info.driver.substr(0, info.driver.find(' '));
     r.driver_version = info.driver.substr(std::min(info.driver.find(' ') + 1, info.driver.size()));
-    r.device_uuid = physical.info.uuid;
+    r.device_uuid = vulkan::context_of(*device.impl().backend)->physical().info.uuid;
     r.exact = info.exact;
     r.model = "march";
     r.precision = "f32";
     return r;
 }
 
-Measurement Bench::of_peer(const Peers::Peer& peer, const std::string& workload, long long n) const {
-    Measurement r = cpu(workload, n, peer.threads ? peer.threads : cores);
-    r.backend = r.driver = peer.name;
-    r.driver_version = peer.version == "-" ? "" : peer.version;
-    r.method = peer.method;
-    r.exact = false;
-    if (peer.method.empty()) r.status = not_installed;
-    return r;
+std::vector<Contender> Bench::of_peers(const std::string& work, const Measurement& like, int count,
+                                       const std::vector<size_t>& errors) const {
+    std::vector<Contender> all;
+    for (const Peers::Peer& peer : peers->prepare(work)) {
+        Contender& c = all.emplace_back(Contender{like, {}});
+        c.row.threads = peer.threads ? peer.threads : cores;
+        c.row.backend = c.row.driver = peer.name;
+        c.row.driver_version = peer.version == "-" ? "" : peer.version;
+        c.row.method = peer.method;
+        c.row.exact = false;
+        if (peer.method.empty()) c.row.status = not_installed;
+        else c.work = [this, peer, count] { return peers->seconds(peer, count); };
+        if (!c.row.steps) c.row.steps = peer.steps;
+        for (size_t i = 0; i < std::min(errors.size(), peer.errors.size()); ++i)
+            c.row.errors[errors[i]] = peer.errors[i];
+    }
+    return all;
 }
 
 void Bench::add(const Measurement& r) {
@@ -104,41 +125,36 @@ double processor_seconds() {
 
 } // namespace
 
-std::vector<Timing> Bench::paired(const std::vector<std::function<double()>>& work, int times) const {
-    std::vector<std::vector<double>> seconds(work.size());
-    std::vector<double> busy(work.size(), INFINITY);
-    for (const auto& once : work) once();
-    for (int i = 0; i < times; ++i)
-        for (size_t k = 0; k < work.size(); ++k) {
-            const double start = processor_seconds();
-            seconds[k].push_back(work[k]());
+void Bench::time(std::vector<Contender>& all, int times) const {
+    std::vector<std::vector<double>> seconds(all.size());
+    std::vector<double> busy(all.size(), INFINITY);
+    for (int i = -1; i < times; ++i)
+        for (size_t k = 0; k < all.size(); ++k) {
+            if (!all[k].work) continue;
+            const double start = processor_seconds(), taken = all[k].work();
+            if (i < 0) continue; // warms up
+            seconds[k].push_back(taken);
             busy[k] = std::min(busy[k], processor_seconds() - start);
         }
-    std::vector<Timing> timings;
-    for (size_t k = 0; k < work.size(); ++k) {
-        timings.push_back(timing_of(seconds[k]));
-        timings.back().busy = busy[k];
+    for (size_t k = 0; k < all.size(); ++k) {
+        if (seconds[k].empty()) continue;
+        all[k].row.wall = timing_of(seconds[k]);
+        all[k].row.wall.busy = busy[k];
     }
-    return timings;
+    for (Contender& c : all)
+        if (!c.ratio_to.empty()) c.row.relative_to(c.ratio_to, all[c.reference].row.wall, all[c.reference].row.bytes());
 }
 
-void limits(Bench& bench) {
-    for (int all = 0; all < 2; ++all) {
-        const int threads = all ? bench.cores : 1;
-        Limits memory(threads);
-        const auto timings =
-            bench.paired({[&] { return memory.read(); }, [&] { return memory.copy(); }}, std::max(bench.runs, 5));
-        for (int copy = 0; copy < 2; ++copy) {
-            Measurement r = bench.cpu("limit", 0, threads);
-            r.model = copy ? "copy" : "read";
-            r.method = r.stencil = "";
-            r.wall = timings[size_t(copy)];
-            r.limit = r.model;
-            r.limit_GBs = double(Limits::moved()) / r.wall.median / 1e9;
-            bench.rows.push_back(r);
-            fmt::print("limit: {} with {} threads: {:.1f} GB/s\n", r.model, threads, r.limit_GBs);
-        }
-    }
+void Bench::measure(std::vector<Contender> all, int times) {
+    time(all, times);
+    for (const Contender& c : all) add(c.row);
+}
+
+Measurement row_of(Measurement r, const std::string& model, const std::string& precision, long long steps) {
+    r.model = model;
+    r.precision = precision;
+    r.steps = steps;
+    return r;
 }
 
 namespace {
@@ -155,19 +171,30 @@ struct Workload {
 };
 // These fork, so that they run before any device is opened.
 constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
-constexpr Workload workloads[] = {
-    {"limits", limits},       {"press", streamed_frames}, {"cells", by_cells},
-    {"options", options},     {"kinds", kinds},           {"held-map", constant_map},
-    {"study", study},         {"population", population}, {"population-frames", streamed_population},
-    {"march", marches},       {"chains", chains},         {"pads", pads},
-    {"materials", materials}, {"accuracy", accuracy},     {"stiff", stiff},
-    {"spikes", spikes},       {"touch", touch},           {"construction", construction},
-    {"depth", depth},         {"processes", processes}};
+constexpr Workload workloads[] = {{"press", streamed_frames},
+                                  {"cells", by_cells},
+                                  {"options", options},
+                                  {"kinds", kinds},
+                                  {"held-map", constant_map},
+                                  {"study", study},
+                                  {"population", population},
+                                  {"population-frames", streamed_population},
+                                  {"march", marches},
+                                  {"chains", chains},
+                                  {"pads", pads},
+                                  {"materials", materials},
+                                  {"accuracy", accuracy},
+                                  {"stiff", stiff},
+                                  {"spikes", spikes},
+                                  {"touch", touch},
+                                  {"construction", construction},
+                                  {"depth", depth},
+                                  {"processes", processes}};
 // It takes minutes on a software device, so it runs only when it is named.
 constexpr Workload on_request = {"device", device_growth};
 
 std::vector<std::string> names_of_workloads() {
-    std::vector<std::string> names = {"first-frame", on_request.name};
+    std::vector<std::string> names = {on_request.name};
     for (const Workload& w : forking) names.push_back(w.name);
     for (const Workload& w : workloads) names.push_back(w.name);
     return names;
@@ -208,8 +235,6 @@ void measure(Bench& bench, const Arguments& a) {
     };
     for (const Workload& w : forking)
         if (wanted(w.name)) w.measure(bench);
-    const std::vector<double> first =
-        a.device == "cpu" || !wanted("first-frame") ? std::vector<double>() : first_frames(a.device, bench.runs);
     bench.peers = std::make_unique<Peers>(a.peers);
     if (a.device != "cpu") try {
             bench.vulkan = Device::open(a.device);
@@ -217,12 +242,6 @@ void measure(Bench& bench, const Arguments& a) {
             if (a.device != "vulkan") throw;
             fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
         }
-    if (bench.vulkan && !first.empty()) {
-        Measurement r = bench.on_vulkan("first-frame", 150);
-        r.steps = 1;
-        r.wall = timing_of(first);
-        bench.add(r);
-    }
     for (const Workload& w : workloads)
         if (wanted(w.name)) w.measure(bench);
     if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench);

@@ -18,107 +18,51 @@ using namespace dermis;
 
 namespace {
 
-constexpr Depths fingertip_depths = {.sa1 = 3e-4, .sa2 = 1.1e-3, .fa1 = 5e-4, .fa2 = 2e-3};
+constexpr double h = 5e-5; // m
+constexpr Depths fingertip = {.sa1 = 3e-4, .sa2 = 1.1e-3, .fa1 = 5e-4, .fa2 = 2e-3};
 
-// goal: nanoseconds per cell and class, on one thread, by those of a press without depths; at most 1.3 times as many.
-struct Press {
-    std::string model;
-    Depths depth;
-    double goal = NAN;
-};
-
+// Pads, and the depths over the spacing at which all classes lie; 0: those of a fingertip.
 struct Shape {
     int width, height, pads;
     double spacing; // m
-    std::vector<Press> presses;
-    SkinDescription description() const {
-        SkinDescription d = rectangle(width, height);
-        d.grid.spacing = spacing;
-        return d;
-    }
-    size_t cells() const { return size_t(pads) * size_t(width) * size_t(height); }
+    std::vector<double> depths;
 };
 
-// All classes at one depth over the spacing.
-Press at(double z, double spacing, double goal) {
-    const double depth = z * spacing;
-    return {fmt::format("z/h={:g}", z), {depth, depth, depth, depth}, goal};
-}
-
 std::vector<Shape> shapes_of(bool quick) {
-    constexpr double h = 5e-5;
-    const Press fingertip{"fingertip", fingertip_depths};
-    std::vector<Shape> all = {{200, 200, 1, h, {fingertip}}, {320, 240, 1, h, {}}, {1024, 1024, 1, h, {}}};
-    const double goals[][3] = {
-        {4.2, 3.4, 3.2}, {4.2, 3.4, 3.2}, {1.4, 1.04, 0.82}, {1.0, 0.7, 0.62}, {0.89, 0.62, 0.49}};
-    for (size_t i = 0; const double z : {1, 6, 10, 22, 40}) {
-        for (size_t s = 0; s < 3; ++s) all[s].presses.push_back(at(z, h, goals[i][s]));
-        ++i;
-    }
     const auto some = [quick](int pads) { return quick ? pads / 8 : pads; };
-    const auto goal = [quick](double of_press) { return quick ? NAN : of_press; }; // of the greater numbers
-    for (const auto& [width, height, pads, z, of_press] : {std::tuple{4, 4, 4096, 1, 1.2},
-                                                           {8, 8, 2048, 1, 2.9},
-                                                           {12, 12, 1024, 1, 3.5},
-                                                           {16, 16, 4096, 1, 2.9},
-                                                           {20, 25, 512, 1, 2.8},
-                                                           {32, 32, 256, 2, 2.7},
-                                                           {64, 64, 64, 6, 2.3}})
-        all.push_back({width, height, some(pads), h, {at(z, h, goal(of_press))}});
-    all.back().presses.push_back(at(10, h, goal(1.1)));
-    all.push_back({16, 16, 512, 1e-3, {fingertip}});
-    all.push_back({80, 80, 5, 2.5e-4, {fingertip}}); // a hand
-    if (quick) all.erase(all.begin() + 1, all.begin() + 3);
+    std::vector<Shape> all = {{200, 200, 1, h, {0, 1, 6, 10, 22, 40}}};
+    if (!quick)
+        all.push_back({320, 240, 1, h, {1, 6, 10, 22, 40}}), all.push_back({1024, 1024, 1, h, {1, 6, 10, 22, 40}});
+    for (const auto& [width, height, pads, z] : {std::tuple{4, 4, 4096, 1},
+                                                 {8, 8, 2048, 1},
+                                                 {12, 12, 1024, 1},
+                                                 {16, 16, 4096, 1},
+                                                 {20, 25, 512, 1},
+                                                 {32, 32, 256, 2},
+                                                 {64, 64, 64, 6}})
+        all.push_back({width, height, some(pads), h, {double(z)}});
+    all.back().depths.push_back(10);
+    all.push_back({16, 16, 512, 1e-3, {0}});
+    all.push_back({80, 80, 5, 2.5e-4, {0}}); // a hand
     return all;
 }
 
-void need_bits_of_one_thread(const Skin& skin, const SkinDescription& d, const SkinOptions& options,
-                             const std::vector<float>& frame, int presses) {
-    Skin one(Device::cpu(1), d, options);
-    for (int i = 0; i < presses; ++i) one.press(frame, press_dt);
-    for (const Quantity q : options.responses)
-        if (!same(skin.response(q), one.response(q))) throw std::runtime_error("depths: other bits than one thread");
-}
-
 void add_presses(Bench& bench, const Device& device, const Shape& shape) {
-    const bool vulkan = device.info().vulkan, one = !vulkan && device.impl().backend->threads() == 1;
-    std::vector<Press> presses = {{"surface", {}}};
-    presses.insert(presses.end(), shape.presses.begin(), shape.presses.end());
-    const std::vector<float> frame = random_frames(shape.cells(), 1);
-    SkinOptions options;
-    options.precision = Precision::f32;
-    options.count = shape.pads;
-    const int count = std::clamp(int((device.info().kind == "software" ? 2e5 : 2e6) / double(frame.size())), 1, 2000);
-    std::vector<std::unique_ptr<Skin>> skins;
-    std::vector<std::function<double()>> work;
-    for (const Press& p : presses) {
-        SkinDescription d = shape.description();
-        d.receptors.depth = p.depth;
-        Skin& skin = *skins.emplace_back(std::make_unique<Skin>(device, d, options));
-        const auto press = [&skin, &frame](int times) {
-            for (int i = 0; i < times; ++i) skin.press(frame, press_dt);
-            skin.response(Quantity::fa2);
-        };
-        press(3);
-        if (!one) need_bits_of_one_thread(skin, d, options, frame, 3);
-        work.push_back([press, count] { return seconds_of([&] { press(count); }); });
+    Press p{
+        .model = "surface", .skin = rectangle(shape.width, shape.height, shape.spacing), .options = in_f32(shape.pads)};
+    p.reads_last = true;
+    const Frames frames = frames_of(p, 1);
+    const double cells = (device.info().kind == "software" ? 2e5 : 2e6) / double(p.cells_of_frame());
+    const int count = std::clamp(int(cells), 1, 2000);
+    std::vector<Contender> all = {pressed(bench, device, "depth", p, count, frames, 1)};
+    for (const double z : shape.depths) {
+        const double depth = z * shape.spacing;
+        p.model = z > 0 ? fmt::format("z/h={:g}", z) : "fingertip";
+        p.skin.receptors.depth = z > 0 ? Depths{depth, depth, depth, depth} : fingertip;
+        all.push_back(pressed(bench, device, "depth", p, count, frames, 1));
+        all.back().ratio_to = "surface";
     }
-    const std::vector<Timing> timings = bench.paired(work, bench.runs);
-    for (size_t i = 0; i < presses.size(); ++i) {
-        Measurement r = bench.on(device, "depth", shape.width);
-        r.model = presses[i].model;
-        r.method = shape_of(shape.description(), shape.pads);
-        r.precision = "f32";
-        r.height = static_cast<long long>(shape.height) * shape.pads;
-        r.steps = count;
-        r.wall = timings[i];
-        if (i > 0) r.ratio_to = "surface", r.ratio = r.wall.busy / timings[0].busy;
-        const bool frames = shape.width == 200 && r.model == "fingertip";
-        const double goal = one ? 1 + 4 * 1.3 * presses[i].goal : vulkan && frames ? 8 : NAN;
-        if (!std::isnan(goal)) r.limit = "goal", r.of_limit = r.ratio / goal;
-        else if (frames && !vulkan) r.limit = "1 ms", r.of_limit = r.wall.median / count / 1e-3;
-        bench.add(r);
-    }
+    bench.measure(std::move(all), bench.runs);
 }
 
 // What a pressed cell causes at cells 0 .. n - 1 columns and rows away, per unit of its pressure. depth: in cells.
@@ -174,8 +118,7 @@ class Pyramid {
         d.receptors.kernel = depth.kernel;
         d.receptors.depth.sa1 = depth.depth * *d.grid.spacing;
         if (depth.kernel != DepthKernel::stress) d.receptors.poisson = depth.poisson;
-        SkinOptions options;
-        options.precision = Precision::f32;
+        SkinOptions options = in_f32();
         options.responses = {Quantity::sa1};
         return model::streamed_skin(d, options);
     }
@@ -247,8 +190,8 @@ class Ways {
         (*from)[pressed] = 1;
         spread();
         add("fft-float", "f32", error_of(to->data(), n, x, y, sums_), 2, [=] { return seconds_of(spread); });
-        rows_.back().backend = "kissfft";
-        rows_.back().exact = false;
+        all_.back().row.backend = "kissfft";
+        all_.back().row.exact = false;
         const auto long_double = [this] { return model::stresses_of(map_, grid_, {&space_, &space_}, pool_); };
         add("fft-long-double", "f64", error_of(long_double()[1].data(), n, x, y, sums_), 2,
             [=] { return seconds_of(long_double); });
@@ -264,27 +207,17 @@ class Ways {
                 if (std::isnan(sum)) throw std::runtime_error("depths: a sum is not a number");
             });
         });
-        rows_.back().width = 1;
+        all_.back().row.width = 1;
     }
-    void measure() {
-        const std::vector<Timing> timings = bench_.paired(work_, bench_.runs);
-        for (size_t i = 0; i < rows_.size(); ++i) {
-            rows_[i].wall = timings[i];
-            bench_.add(rows_[i]);
-        }
-    }
+    void measure() { bench_.measure(std::move(all_), bench_.runs); }
 
   private:
     void add(const char* model, const char* precision, double error, int maps, std::function<double()> work) {
-        Measurement r = bench_.cpu("depth-errors", n, 1);
-        r.model = model;
+        Measurement r = row_of(bench_.cpu("depth-errors", n, 1), model, precision, maps);
         r.method = fmt::format("z/h={:g}", depth_.depth);
-        r.precision = precision;
         r.stencil = "";
-        r.steps = maps;
         r.errors[1] = error;
-        rows_.push_back(r);
-        work_.push_back(std::move(work));
+        all_.push_back({r, std::move(work)});
     }
     static constexpr int n = 200, x = 87, y = 101;
     static constexpr size_t cells = size_t(n) * n, pressed = size_t(y) * n + x;
@@ -299,22 +232,18 @@ class Ways {
         return map;
     }();
     simd::Pool pool_{1};
-    std::vector<Measurement> rows_;
-    std::vector<std::function<double()>> work_;
+    std::vector<Contender> all_;
 };
 
 } // namespace
 
 void depth(Bench& bench) {
-    std::vector<Device> devices = {Device::cpu(1)};
-    if (bench.cores > 1) devices.push_back(Device::cpu(bench.cores));
-    const std::vector<DeviceInfo> listed = bench.vulkan ? Device::list() : std::vector<DeviceInfo>();
-    for (size_t i = 0; i < listed.size(); ++i)
-        if (listed[i].refused.empty()) devices.push_back(Device::open(std::to_string(i)));
-    constexpr size_t most_in_pads = 600000; // cells on a device: margins of so many small pads take 300 bytes a cell
+    std::vector<Device> devices = bench.cpus();
+    for (const Device& device : bench.devices()) devices.push_back(device);
+    constexpr int most_in_pads = 600000; // cells on a device: margins of so many small pads take 300 bytes a cell
     for (const Shape& shape : shapes_of(bench.quick))
         for (const Device& device : devices)
-            if (!device.info().vulkan || shape.pads == 1 || shape.cells() <= most_in_pads)
+            if (!device.info().vulkan || shape.pads == 1 || shape.pads * shape.width * shape.height <= most_in_pads)
                 add_presses(bench, device, shape);
     constexpr double marked[] = {1, 6, 10, 22, 40}; // of all ways
     std::set<double> depths(std::begin(marked), std::end(marked));

@@ -4,12 +4,18 @@
 #include "bench/native_loops.hpp"
 #include "host/core/model/laplacian.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
+#include "host/core/vulkan/recording.hpp"
 #include "host/core/vulkan/windows.hpp"
 
 #include "moves_spv.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
 
 namespace bench {
 
@@ -18,16 +24,21 @@ using namespace dermis;
 namespace {
 
 constexpr int ring = 4; // the number of frames, which are used cyclically
-enum {
-    frames,
-    rest = frames + ring,
-    state0,
-    state1,
-    responses,
-    coefficients = responses + RESPONSE_MAPS, // where there are several elements
-    unused,
-    buffers
-};
+
+const float* frame_of(const FrameScene& scene, size_t i) { return scene.frames[i % ring].data(); }
+
+// Maps of cells that a stepper has: four responses, and others.
+std::vector<Floats> maps_of(const FrameScene& scene, size_t count) {
+    std::vector<Floats> maps;
+    for (size_t i = 0; i < count; ++i) maps.emplace_back(scene.cells());
+    return maps;
+}
+
+Responses copied(const FrameScene& scene, const std::vector<Floats>& maps) {
+    Responses r;
+    for (size_t i = 0; i < r.size(); ++i) r[i].assign(maps[i].data(), maps[i].data() + scene.cells());
+    return r;
+}
 
 } // namespace
 
@@ -50,32 +61,203 @@ FrameScene::FrameScene(int n, const Material& material) {
     }
 }
 
-CpuMoves::CpuMoves(const FrameScene& scene, int threads, bool past_caches)
-    : scene_(scene), past_caches_(past_caches), pool_(threads), rest_(scene.cells()), strain_(scene.cells()),
-      integral_(scene.cells()), responses_{Floats(scene.cells()), Floats(scene.cells()), Floats(scene.cells()),
-                                           Floats(scene.cells())} {}
-
-void CpuMoves::press(int count) {
-    constexpr size_t run = 1024; // cells
-    const size_t cells = scene_.cells(), runs = (cells + run - 1) / run;
-    for (int i = 0; i < count; ++i, ++frame_) {
-        native::Moved moved{.from = scene_.frames[frame_ % ring].data(),
-                            .to = scene_.frames[(frame_ + 1) % ring].data(),
-                            .rest = rest_.data(),
-                            .strain = strain_.data(),
-                            .integral = integral_.data(),
-                            .responses = {},
-                            .past_caches = past_caches_};
-        for (size_t r = 0; r < responses_.size(); ++r) moved.responses[r] = responses_[r].data();
-        pool_.share(int(runs), [&](int first, int last) {
-            native::move_cells(moved, size_t(first) * run, std::min(size_t(last) * run, cells));
-        });
-    }
+Stepper library(const FrameScene& scene, int threads, const simd::Isa& isa, bool fa1) {
+    const auto loops = std::make_shared<cpu::FramePress>(scene.streamed, threads, isa);
+    const auto out = std::make_shared<std::vector<Floats>>(maps_of(scene, RESPONSE_MAPS));
+    const auto press = [&scene, loops, out, fa1, i = size_t(0)](int count) mutable {
+        float* to[RESPONSE_MAPS];
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            to[r] = !fa1 || r == QUANTITY_FA1 - QUANTITY_SA1 ? (*out)[r].data() : nullptr;
+        const double start = now();
+        for (int k = 0; k < count; ++k, ++i) loops->press({scene.dt}, frame_of(scene, i), frame_of(scene, i + 1), to);
+        return now() - start;
+    };
+    return {press, [&scene, out] { return copied(scene, *out); }};
 }
 
-VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, Shader shader)
+Stepper moves(const FrameScene& scene, int threads, bool past_caches) {
+    const auto pool = std::make_shared<simd::Pool>(threads);
+    const auto maps = std::make_shared<std::vector<Floats>>(maps_of(scene, RESPONSE_MAPS + 3));
+    const auto press = [&scene, pool, maps, past_caches, i = size_t(0)](int count) mutable {
+        constexpr size_t run = 1024; // cells
+        const size_t cells = scene.cells(), runs = (cells + run - 1) / run;
+        const auto map = [&](size_t m) { return (*maps)[m].data(); };
+        const double start = now();
+        for (int k = 0; k < count; ++k, ++i) {
+            const native::Moved moved{
+                frame_of(scene, i), frame_of(scene, i + 1), map(4), map(5), map(6), {map(0), map(1), map(2), map(3)},
+                past_caches};
+            pool->share(int(runs), [&](int first, int last) {
+                native::move_cells(moved, size_t(first) * run, std::min(size_t(last) * run, cells));
+            });
+        }
+        return now() - start;
+    };
+    return {press, {}};
+}
+
+namespace {
+
+// phi1(z) = (1 - e^-z)/z, phi2 = (1 - phi1)/z and phi3 = (1/2 - phi2)/z weigh the pressure; z = dt*E/eta > 0.
+template <class Real> native::ExactStep<Real> exact_step(const FrameScene& scene) {
+    const scene::Element& m = scene.skin().materials[0];
+    const double dt = scene.dt, z = dt * m.modulus / m.viscosity, q = dt / m.viscosity, decay = std::exp(-z);
+    const double phi1 = -std::expm1(-z) / z, phi2 = (1 - phi1) / z, phi3 = (0.5 - phi2) / z;
+    return {Real(m.modulus),
+            Real(q * phi1),
+            Real(q * phi2),
+            Real(dt * phi1),
+            Real(dt * q * phi2),
+            Real(dt * q * phi3),
+            Real(decay / m.viscosity),
+            Real(phi1 / m.viscosity),
+            Real(-m.modulus / m.viscosity * decay / m.viscosity),
+            Real(decay / m.viscosity / dt)};
+}
+
+class NativeFrames {
+  public:
+    NativeFrames(const FrameScene& scene, int threads, bool past_caches)
+        : scene_(scene), pool_(threads), maps_(maps_of(scene, RESPONSE_MAPS + 2)),
+          strain_((size_t(scene.skin().pitch) + 2 * native::lanes) * size_t(scene.skin().height())),
+          past_caches_(past_caches) {
+        const model::PreparedSkin& skin = scene.skin();
+        const std::vector<float> rest = model::padded_rest_curvature<float>(skin);
+        const size_t width = size_t(skin.width()), height = size_t(skin.height()), pitch = size_t(skin.pitch),
+                     strain_pitch = pitch + 2 * native::lanes;
+        if (width % native::lanes)
+            throw std::runtime_error(fmt::format("the native peer: width = {}; allowed: multiples of 16", width));
+        std::copy(rest.begin(), rest.end(), maps_[4].data());
+        std::fill_n(maps_[5].data(), scene.cells(), 0.0f);
+        std::fill_n(strain_.data(), strain_pitch * height, 0.0f);
+        for (int i = 0; i < 4 * pool_.threads(); ++i) rows_.emplace_back(pitch);
+        frame_ = {exact_step<float>(scene),
+                  width,
+                  height,
+                  pitch,
+                  strain_pitch,
+                  nullptr,
+                  nullptr,
+                  maps_[4].data(),
+                  strain_.data() + native::lanes,
+                  maps_[5].data(),
+                  {}};
+        for (size_t r = 0; r < 4; ++r) frame_.responses[r] = maps_[r].data();
+    }
+    double press(int count) {
+        const size_t threads = size_t(pool_.threads());
+        const auto share = [&](auto&& work) { // rows of each thread
+            pool_.each([&](int thread) {
+                const size_t t = size_t(thread);
+                const Floats* rows = rows_.data() + 4 * t;
+                work(frame_.height * t / threads, frame_.height * (t + 1) / threads,
+                     native::ThreadRows{rows[0].data(), rows[1].data(), rows[2].data(), rows[3].data()});
+            });
+        };
+        const double start = now();
+        for (int i = 0; i < count; ++i, ++pressed_) {
+            frame_.from = frame_of(scene_, pressed_);
+            frame_.to = frame_of(scene_, pressed_ + 1);
+            if (threads > 1)
+                share([&](size_t first, size_t last, auto rows) { native::step_beside(frame_, first, last, rows); });
+            share([&](size_t first, size_t last, auto rows) {
+                native::press_rows(frame_, first, last, rows, past_caches_);
+            });
+        }
+        return now() - start;
+    }
+    Responses responses() const { return copied(scene_, maps_); }
+
+  private:
+    const FrameScene& scene_;
+    simd::Pool pool_;
+    std::vector<Floats> maps_, rows_; // the responses, rest curvature and integral; four rows of each thread
+    Floats strain_;
+    const bool past_caches_;
+    native::Frame frame_{};
+    size_t pressed_ = 0;
+};
+
+} // namespace
+
+Stepper native_loop(const FrameScene& scene, int threads, bool past_caches) {
+    const auto frames = std::make_shared<NativeFrames>(scene, threads, past_caches);
+    return {[frames](int count) { return frames->press(count); }, [frames] { return frames->responses(); }};
+}
+
+std::array<double, RESPONSE_MAPS> errors_of_frames(const FrameScene& scene, int presses, const Responses& found) {
+    const native::ExactStep<double> k = exact_step<double>(scene);
+    const std::vector<float> rest = model::padded_rest_curvature<float>(scene.skin());
+    const auto n = size_t(scene.skin().width()), pitch = size_t(scene.skin().pitch),
+               height = size_t(scene.skin().height());
+    // Of the cells of a row: strain, and what else is multiplied by the gain.
+    using Row = std::vector<std::array<double, RESPONSE_MAPS>>;
+    const auto row_of = [&](size_t y) {
+        Row row(n);
+        for (size_t x = 0; x < n; ++x) {
+            auto& [strain, integral, rate, acceleration] = row[x];
+            for (size_t i = 0; i < size_t(presses); ++i) {
+                const double from = double(frame_of(scene, i)[y * pitch + x]),
+                             way = double(frame_of(scene, i + 1)[y * pitch + x]) - from, r = from - k.E * strain;
+                integral += k.i0 * strain + k.i1 * from + k.i2 * way;
+                rate = k.v0 * r + k.v1 * way;
+                acceleration = k.a0 * r + k.a1 * way;
+                strain += k.b * r + k.f * way;
+            }
+        }
+        return row;
+    };
+    std::array<double, RESPONSE_MAPS> worst{}, greatest{};
+    Row above = row_of(0), here = above, below;
+    for (size_t y = 0; y < height; ++y) {
+        below = row_of(std::min(y + 1, height - 1)); // beyond the grid, a copy of the last row
+        for (size_t x = 0; x < n; ++x) {
+            const double beside = here[x ? x - 1 : 0][0] + here[std::min(x + 1, n - 1)][0],
+                         gain = 1 + double(rest[y * pitch + x]) - (beside + above[x][0] + below[x][0] - 4 * here[x][0]);
+            for (size_t q = 0; q < RESPONSE_MAPS; ++q) {
+                const double exact = here[x][q] * gain, off = std::abs(double(found[q][y * pitch + x]) - exact);
+                worst[q] = std::isfinite(off) ? std::max(worst[q], off) : INFINITY;
+                greatest[q] = std::max(greatest[q], std::abs(exact));
+            }
+        }
+        above = std::exchange(here, std::move(below));
+    }
+    for (size_t q = 0; q < RESPONSE_MAPS; ++q) worst[q] /= greatest[q];
+    return worst;
+}
+
+namespace {
+
+enum {
+    frames,
+    rest = frames + ring,
+    state0,
+    state1,
+    responses,
+    coefficients = responses + RESPONSE_MAPS, // where there are several elements
+    unused,
+    buffers
+};
+
+class VulkanFrames {
+  public:
+    VulkanFrames(const FrameScene&, std::shared_ptr<vulkan::Context>, bool moves);
+    ~VulkanFrames() { context_->calls().vkDestroyQueryPool(context_->device(), stamps_, nullptr); }
+    double press(int count);
+    Responses made();
+
+  private:
+    void upload(const std::vector<f32::Coefficients>&);
+    const FrameScene& scene_;
+    std::shared_ptr<vulkan::Context> context_;
+    std::vector<vulkan::Buffer> buffers_;
+    std::unique_ptr<vulkan::Kernel> kernel_;
+    VkQueryPool stamps_ = VK_NULL_HANDLE;
+    int frame_ = 0;
+};
+
+VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, bool moves)
     : scene_(scene), context_(std::move(context)) {
-    using vulkan::Buffer;
     const VkDeviceSize map = scene.cells() * sizeof(float);
     const model::PreparedSkin& skin = scene.skin();
     std::vector<f32::Coefficients> table(skin.materials.size());
@@ -88,49 +270,48 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                               : i == coefficients          ? table.size() * sizeof table[0]
                               : i == state0 || i == state1 ? planes * map
                                                            : map,
-                              Buffer::Location::device);
+                              vulkan::Buffer::Location::device);
     const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
-    std::vector<std::vector<vulkan::BoundRange>> sets;
-    for (int i = 0; i < ring; ++i) { // the two states are swapped with each frame
-        sets.push_back({{PRESS_PRESSURE_FROM, b(frames + i)},
-                        {PRESS_PRESSURE_TO, b(frames + (i + 1) % ring)},
-                        {PRESS_REST_CURVATURE, b(rest)},
-                        {PRESS_STATE_FROM, b(state0 + i % 2)},
-                        {PRESS_STATE_TO, b(state1 - i % 2)},
-                        {PRESS_COEFFICIENTS, b(coefficients)},
-                        {PRESS_MATERIAL, b(unused)},
-                        {PRESS_INVALID, b(unused)}});
-        for (int r = 0; r < RESPONSE_MAPS; ++r)
-            sets.back().push_back({uint32_t(PRESS_RESPONSE(QUANTITY_SA1 + r)), b(responses + r)});
-    }
-    const std::vector<uint32_t> variant = vulkan::specialization(scene.streamed.variant());
     vulkan::Pipelines& pipelines = context_->pipelines();
-    const vulkan::Module module = shader == Shader::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
-                                                          : vulkan::press_module_for(pipelines.device());
     kernel_ = std::make_unique<vulkan::Kernel>(
-        pipelines, module,
+        pipelines, moves ? vulkan::Module{moves_spv, sizeof moves_spv} : vulkan::press_module_for(pipelines.device()),
         vulkan::KernelOptions{.bindings = PRESS_BINDINGS,
                               .constants_bytes = sizeof(f32::Constants),
-                              .specialization = shader == Shader::press ? variant : std::vector<uint32_t>{},
-                              .max_sets = uint32_t(sets.size())});
-    for (size_t i = 0; i < sets.size(); ++i) kernel_->bind(i, sets[i]);
+                              .specialization =
+                                  moves ? std::vector<uint32_t>{} : vulkan::specialization(scene.streamed.variant()),
+                              .max_sets = ring});
+    for (int i = 0; i < ring; ++i) { // the two states are swapped with each frame
+        std::vector<vulkan::BoundRange> set = {
+            {PRESS_PRESSURE_FROM, b(frames + i)}, {PRESS_PRESSURE_TO, b(frames + (i + 1) % ring)},
+            {PRESS_REST_CURVATURE, b(rest)},      {PRESS_STATE_FROM, b(state0 + i % 2)},
+            {PRESS_STATE_TO, b(state1 - i % 2)},  {PRESS_COEFFICIENTS, b(coefficients)},
+            {PRESS_MATERIAL, b(unused)},          {PRESS_INVALID, b(unused)}};
+        for (int r = 0; r < RESPONSE_MAPS; ++r)
+            set.push_back({uint32_t(PRESS_RESPONSE(QUANTITY_SA1 + r)), b(responses + r)});
+        kernel_->bind(size_t(i), set);
+    }
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
     info.queryCount = 2;
     vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
                   "vkCreateQueryPool");
-    Buffer staging(*context_, std::max<VkDeviceSize>(map, b(coefficients).bytes), Buffer::Location::host);
-    const std::vector<float> rest_map = model::padded_rest_curvature<float>(scene.skin());
+    upload(table);
+}
+
+void VulkanFrames::upload(const std::vector<f32::Coefficients>& table) {
+    const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
+    vulkan::Buffer staging(*context_, std::max<VkDeviceSize>(b(rest).bytes, b(coefficients).bytes),
+                           vulkan::Buffer::Location::host);
     vulkan::Recording recording(*context_);
-    const auto upload = [&](int i, const void* values) {
+    const auto copy = [&](int i, const void* values) {
         const VkBufferCopy region{0, 0, b(i).bytes};
         std::memcpy(staging.data(), values, b(i).bytes);
         context_->calls().vkCmdCopyBuffer(recording.commands(), staging.handle(), b(i).buffer, 1, &region);
         recording.submit();
     };
-    for (int i = 0; i < ring; ++i) upload(i, scene.frames[size_t(i)].data());
-    upload(rest, rest_map.data());
-    upload(coefficients, table.data());
+    for (int i = 0; i < ring; ++i) copy(i, scene_.frames[size_t(i)].data());
+    copy(rest, model::padded_rest_curvature<float>(scene_.skin()).data());
+    copy(coefficients, table.data());
     const VkCommandBuffer commands = recording.commands();
     for (int i = state0; i < coefficients; ++i)
         context_->calls().vkCmdFillBuffer(commands, b(i).buffer, 0, VK_WHOLE_SIZE, 0);
@@ -138,17 +319,21 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     recording.submit();
 }
 
-VulkanFrames::~VulkanFrames() { context_->calls().vkDestroyQueryPool(context_->device(), stamps_, nullptr); }
-
-template <class Record> double VulkanFrames::timed(Record&& record) {
+double VulkanFrames::press(int count) {
+    const model::PreparedSkin& skin = scene_.skin();
+    const auto c = model::frame_constants(skin, model::rounded<f32>(model::exact_coefficients(
+                                                    skin.materials[0], skin.rule, scene_.dt))); // of one element
+    const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const VolkDeviceTable& vk = context_->calls();
     vulkan::Recording recording(*context_);
     const VkCommandBuffer commands = recording.commands();
     vk.vkCmdResetQueryPool(commands, stamps_, 0, 2);
     vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps_, 0);
-    const double start = now();
-    record(commands);
-    recording_ = now() - start;
+    for (int i = 0; i < count; ++i, ++frame_) {
+        kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
+                        groups(c.height, PRESS_Y));
+        context_->barrier(commands);
+    }
     vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps_, 1);
     recording.submit();
     uint64_t ticks[2] = {};
@@ -158,32 +343,27 @@ template <class Record> double VulkanFrames::timed(Record&& record) {
     return double(ticks[1] - ticks[0]) * double(context_->limits().timestampPeriod) * 1e-9;
 }
 
-double VulkanFrames::press(int count) {
-    const model::PreparedSkin& skin = scene_.skin();
-    const auto c = model::frame_constants(skin, model::rounded<f32>(model::exact_coefficients(
-                                                    skin.materials[0], skin.rule, scene_.dt))); // of one element
-    const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
-    const double gpu = timed([&](VkCommandBuffer commands) {
-        for (int i = 0; i < count; ++i, ++frame_) {
-            kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
-                            groups(c.height, PRESS_Y));
-            context_->barrier(commands);
-        }
-    });
-    recording_ /= count;
-    return gpu;
+Responses VulkanFrames::made() {
+    Responses all;
+    vulkan::Buffer staging(*context_, buffers_[responses].bytes(), vulkan::Buffer::Location::host);
+    vulkan::Recording recording(*context_);
+    for (size_t r = 0; r < all.size(); ++r) {
+        const VkBufferCopy region{0, 0, staging.bytes()};
+        const VkCommandBuffer commands = recording.commands();
+        context_->calls().vkCmdCopyBuffer(commands, buffers_[responses + r].handle(), staging.handle(), 1, &region);
+        context_->barrier(commands);
+        recording.submit();
+        const auto* values = static_cast<const float*>(staging.data());
+        all[r] = {values, values + scene_.cells()};
+    }
+    return all;
 }
 
-std::vector<float> VulkanFrames::response(int r) {
-    vulkan::Buffer staging(*context_, buffers_[responses].bytes(), vulkan::Buffer::Location::host);
-    const VkBufferCopy region{0, 0, staging.bytes()};
-    vulkan::Recording recording(*context_);
-    const VkCommandBuffer commands = recording.commands();
-    context_->calls().vkCmdCopyBuffer(commands, buffers_[size_t(responses + r)].handle(), staging.handle(), 1, &region);
-    context_->barrier(commands);
-    recording.submit();
-    const auto* values = static_cast<const float*>(staging.data());
-    return {values, values + scene_.cells()};
+} // namespace
+
+Stepper on_device(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, bool moves) {
+    const auto frames = std::make_shared<VulkanFrames>(scene, std::move(context), moves);
+    return {[frames](int count) { return frames->press(count); }, [frames] { return frames->made(); }};
 }
 
 } // namespace bench

@@ -3,11 +3,13 @@
 #pragma once
 
 #include "bench/limits.hpp"
+#include "host/core/cpu/stream.hpp"
 #include "host/core/model/streamed_skin.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/vulkan/recording.hpp"
 
 #include <array>
+#include <functional>
 
 namespace bench {
 
@@ -20,42 +22,29 @@ struct FrameScene {
     size_t cells() const { return skin().padded_cells(); }
 };
 
-// Moves the memory of a frame on the CPU and computes next to nothing. There are two ways to write responses, past the
-// caches and through them; the time of the faster one is a lower limit for every kernel.
-class CpuMoves {
-  public:
-    CpuMoves(const FrameScene&, int threads, bool past_caches);
-    void press(int frames);
+// SA1, SA2, FA1, FA2, pitch*height each.
+using Responses = std::array<std::vector<float>, RESPONSE_MAPS>;
 
-  private:
-    const FrameScene& scene_;
-    const bool past_caches_;
-    dermis::simd::Pool pool_;
-    Floats rest_, strain_, integral_;
-    std::array<Floats, 4> responses_;
-    size_t frame_ = 0;
+// What presses the frames of a scene, which must outlive it.
+struct Stepper {
+    std::function<double(int frames)> press; // seconds; on a device, the device's own
+    std::function<Responses()> responses;    // of the last frame
 };
+// The library's loops. fa1: compute FA1 alone.
+Stepper library(const FrameScene&, int threads, const dermis::simd::Isa&, bool fa1 = false);
+// Moves the memory of a frame and computes next to nothing. There are two ways to write responses, past the caches and
+// through them; the time of the faster one is a lower limit for every kernel.
+Stepper moves(const FrameScene&, int threads, bool past_caches);
+// The native peer: the same work as the library's, with any order of operations and fused multiply-add, in one loop,
+// which steps a row and answers the one above it.
+Stepper native_loop(const FrameScene&, int threads, bool past_caches);
+// The library's kernel on a device, or one that only moves the same memory.
+Stepper on_device(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, bool moves);
 
-// Presses the frames on a device by the library's kernel, or by one that only moves the same memory.
-class VulkanFrames {
-  public:
-    enum class Shader { press, moves };
-    VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, Shader);
-    ~VulkanFrames();
-    // Records `frames` frames, submits them and waits. Returns seconds on the device.
-    double press(int frames);
-    double recording() const { return recording_; } // seconds of the host to record one of the last frames, on average
-    std::vector<float> response(int r);             // pitch*height values; r = 0 .. 3: SA1, SA2, FA1, FA2
-
-  private:
-    template <class Record> double timed(Record&&);
-    const FrameScene& scene_;
-    std::shared_ptr<dermis::vulkan::Context> context_;
-    std::vector<dermis::vulkan::Buffer> buffers_;
-    std::unique_ptr<dermis::vulkan::Kernel> kernel_;
-    VkQueryPool stamps_ = VK_NULL_HANDLE;
-    int frame_ = 0;
-    double recording_ = 0;
-};
+// The greatest error that a peer may have, by the greatest value.
+constexpr double peer_error = 8e-7;
+// The greatest error of each response after so many presses from rest, by its greatest value, against the same model
+// in double.
+std::array<double, RESPONSE_MAPS> errors_of_frames(const FrameScene&, int presses, const Responses&);
 
 } // namespace bench

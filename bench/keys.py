@@ -6,7 +6,6 @@ needs it; what stands in its place, and the greatest difference of a response wi
 greatest value with it; the time of a run with the key, divided by its time without (whole processes in turn, medians of
 ROUNDS).
 """
-import subprocess
 import sys
 import tempfile
 import time
@@ -14,7 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-import evidence
+sys.path.insert(0, str(Path(__file__).resolve().parent / "evidence"))
+import halfspace
+import runs
 
 EXAMPLES = Path(__file__).parent.parent / "host/examples"
 ROUNDS = 5
@@ -48,8 +49,8 @@ def files_of(scene, folder):
     """Writes a scene into a folder; its text without [load.texture] stands in a second file."""
     if scene == BAR:
         width, height, spacing = 200, 800, 5e-5
-        np.save(folder / "pressure.npy", evidence.rigid_bar(width, height, spacing, 1.5e-3))
-        text = evidence.HALF_SPACE.format(width=width, height=height, spacing=spacing, kernel="stress", poisson="")
+        np.save(folder / "pressure.npy", halfspace.rigid_bar(width, height, spacing, 1.5e-3))
+        text = runs.scene("half_space", width=width, height=height, spacing=spacing, kernel="stress", poisson="")
         text = text.replace("[receptors]", "[receptors]\ndepth = { sa1 = 3e-4 }")
     else:
         text = (EXAMPLES / scene).read_text().replace('"texture.npy"', f'"{EXAMPLES.resolve()}/texture.npy"')
@@ -61,14 +62,12 @@ def files_of(scene, folder):
 def run(dermis, scene, folder, settings):
     """A run's responses, a row for each time, and its time in s."""
     start = time.perf_counter()
-    subprocess.run([dermis, "run", scene, "--out", "out", *(["--set", *settings] if settings else [])], cwd=folder,
-                   check=True, stdout=subprocess.DEVNULL)
+    out = runs.run(dermis, (folder / scene).read_text(), folder, *(["--set", *settings] if settings else []))
     took = time.perf_counter() - start
-    if (folder / "out/responses.npy").exists():
-        return np.load(folder / "out/responses.npy"), took
-    if (folder / "out/sa1_t0.1.npy").exists():
-        return np.load(folder / "out/sa1_t0.1.npy"), took
-    return np.genfromtxt(folder / "out/traces.csv", delimiter=",", names=True)["sa1_probe0"], took
+    for name in ("responses.npy", "sa1_t0.1.npy"):
+        if (out / name).exists():
+            return np.load(out / name), took
+    return runs.traces(out)["sa1_probe0"], took
 
 
 def difference(a, b):

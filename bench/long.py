@@ -4,38 +4,17 @@
 One cell under a pressure that rises for a third of a million steps and is held, with a retardation time of 10,000 steps.
 An error is the greatest one so far by the greatest value so far, against closed forms in long double.
 """
-import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from drawing import PRECISIONS, chart, figure, logarithmic, named, rule, save
+from runs import run, scene, traces
 
 LONG = np.longdouble
 MODULUS, TAU, INTENSITY, RISE, STEP, COUNT = 1.7, 100.0, 0.37, 3333.3, 0.01, 10**6  # Pa, s, Pa, s, s
-SCENE = f"""
-model = "march"
-tolerance = 1e3
-[grid]
-width = 1
-height = 1
-[surface]
-kind = "flat"
-[material]
-modulus = {MODULUS}
-viscosity = {MODULUS * TAU!r}
-[load]
-intensity = {INTENSITY}
-envelope = "ramp"
-rise = {RISE}
-[time]
-step = {STEP}
-duration = {STEP * COUNT}
-[output]
-traces = ["strain", "fa1", "sa2"]
-extremes = false
-"""
+SCENE = scene("long", modulus=MODULUS, viscosity=MODULUS * TAU, intensity=INTENSITY, rise=RISE, step=STEP, duration=STEP * COUNT)
 QUANTITIES = {"strain": "strain", "fa1": "FA1", "sa2": "SA2"}
 STEPS = np.unique(np.geomspace(1, COUNT - 1, 4000).astype(int))  # those that are looked at
 SHOWN = np.searchsorted(STEPS, np.geomspace(100, COUNT - 1, 81).astype(int))
@@ -65,20 +44,15 @@ def exact(times):
 
 def measured(dermis):
     """By quantity and precision, the error after each number of steps of STEPS[SHOWN]."""
-    truth = exact(LONG(STEP) * STEPS)
-    found = {}
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "scene.toml").write_text(SCENE)
-        for precision in PRECISIONS:
-            subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out", "--device", "cpu", "--precision",
-                            precision], check=True, capture_output=True)
-            with open(f"{folder}/out/traces.csv") as file:
-                names = file.readline().strip().split(",")
-                columns = np.fromstring(file.read().replace("\n", ","), sep=",").reshape(COUNT, -1)[STEPS].T
-            for name in QUANTITIES:
-                off = np.abs(columns[names.index(f"{name}_mean")] - truth[name])
-                worst, greatest = (np.maximum.accumulate(x) for x in (off, np.abs(truth[name])))
-                found[name, precision] = (worst[SHOWN] / greatest[SHOWN]).astype(float)
+    dermis = str(Path(dermis).resolve())
+    truth, found = exact(LONG(STEP) * STEPS), {}
+    for precision in PRECISIONS:
+        with tempfile.TemporaryDirectory() as folder:
+            columns = traces(run(dermis, SCENE, folder, "--device", "cpu", "--precision", precision))
+        for name in QUANTITIES:
+            off = np.abs(columns[f"{name}_mean"][STEPS] - truth[name])
+            worst, greatest = (np.maximum.accumulate(x) for x in (off, np.abs(truth[name])))
+            found[name, precision] = (worst[SHOWN] / greatest[SHOWN]).astype(float)
     return found
 
 

@@ -35,10 +35,6 @@ void step_beside(const Frame&, size_t first, size_t last, const ThreadRows&);
 // Steps rows first .. last - 1 in place and writes their responses past the caches, or through them.
 void press_rows(const Frame&, size_t first, size_t last, const ThreadRows&, bool past_caches);
 
-// The same in two passes over whole maps, as one would write it first. rate, acceleration: maps.
-void advance_rows(const Frame&, size_t first, size_t last, float* rate, float* acceleration);
-void answer_rows(const Frame&, size_t first, size_t last, const float* rate, const float* acceleration);
-
 // The memory of a streamed frame: the four responses are written from registers, past the caches or through them.
 struct Moved {
     const float *from, *to, *rest;
@@ -49,32 +45,5 @@ struct Moved {
 
 // Reads and writes the cells first .. last - 1, multiples of `lanes`, as a step does, and computes next to nothing.
 void move_cells(const Moved&, size_t first, size_t last);
-
-// A part of the grid with a halo of `lanes` columns and one row on each side: strain, pressure and material have
-// height + 2 rows of `pitch` cells, and their first cell inside stands at pitch + lanes. The others have no halo.
-struct Tile {
-    size_t width, height, pitch;
-    float *strain, *pressure;
-    int* material; // index of a step
-    float *integral, *rest;
-    float *rate, *acceleration; // one row
-};
-
-// Strain, SA1, SA2, FA1, FA2 over cells.
-struct Statistics {
-    double sum[5];
-    float least[5], greatest[5];
-};
-
-// The pressure map is multiplied by start, and by start + rise at the end of the step.
-struct Envelope {
-    float start, rise;
-};
-
-constexpr size_t most_materials = lanes;
-// Takes all steps of a tile while it stays in the cache, and adds each one's statistics. materials: 1 ..
-// most_materials.
-void march_tile(const Tile&, const ExactStep<float>* of_material, size_t materials, const Envelope*, size_t steps,
-                Statistics*);
 
 } // namespace bench::native

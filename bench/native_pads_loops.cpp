@@ -23,35 +23,10 @@ typedef Mask UnalignedMask __attribute__((may_alias, aligned(4)));
 Vector load(const float* p) { return *reinterpret_cast<const Unaligned*>(p); }
 Mask load(const int* p) { return *reinterpret_cast<const UnalignedMask*>(p); }
 void store(float* p, Vector x) { *reinterpret_cast<Unaligned*>(p) = x; }
-Vector all(float x) { return x - Vector{}; }
 Vector absolute(Vector x) { return (Vector)((Mask)x & 0x7fffffff); }
 Vector flushed(Vector x) { return absolute(x) < 5.421010862427522e-20f ? Vector{} : x; }
 
-struct Step {
-    Vector E, b, f, i0, i1, i2, leak, v0, v1, a0, a1, a2, start, rise, jump, bend, length;
-};
-
-Step broadcast(const PadStep& k) {
-    return {.E = all(k.E),
-            .b = all(k.b),
-            .f = all(k.f),
-            .i0 = all(k.i0),
-            .i1 = all(k.i1),
-            .i2 = all(k.i2),
-            .leak = all(k.leak),
-            .v0 = all(k.v0),
-            .v1 = all(k.v1),
-            .a0 = all(k.a0),
-            .a1 = all(k.a1),
-            .a2 = all(k.a2),
-            .start = all(k.start),
-            .rise = all(k.rise),
-            .jump = all(k.jump),
-            .bend = all(k.bend),
-            .length = all(k.length)};
-}
-
-inline void advance(const Step& k, Vector from, Vector to, float* strain, float* integral, float* rate,
+inline void advance(const PadStep& k, Vector from, Vector to, float* strain, float* integral, float* rate,
                     float* acceleration) {
     const Vector way = to - from, s = from + k.start * way, ds = k.rise * way, x = load(strain), y = load(integral);
     const Vector r = s - k.E * x, stepped = k.b * r + k.f * ds, gained = (k.i0 * x + k.i1 * s) + k.i2 * ds;
@@ -69,7 +44,7 @@ inline void store_some(float* p, Vector x, size_t n) {
 #endif
 }
 
-inline void answer(const PadBatch& p, const Step& k, size_t i, size_t n, const float* strain, const float* integral,
+inline void answer(const PadBatch& p, const PadStep& k, size_t i, size_t n, const float* strain, const float* integral,
                    const float* scratch, float* const (&responses)[4]) {
     const Vector x = load(strain + i);
     const Vector left = load(p.inside[0] + i) ? load(strain + i - 1) : x,
@@ -107,7 +82,7 @@ bool take_pads(const PadBatch& p, size_t first, size_t last, const float* pressu
 }
 
 void press_pads(const PadBatch& p, size_t first, size_t last, float* scratch) {
-    const Step k = broadcast(p.step);
+    const PadStep k = p.step;
     for (size_t pad = first; pad < last; ++pad) {
         float *strain = p.strain + pad * p.pitch, *integral = p.integral + pad * p.pitch;
         const float *from = p.from + pad * p.pitch, *to = p.to + pad * p.pitch;

@@ -7,7 +7,6 @@ The fingertip preset under a ball that presses and swings at 5 Hz; receptors of 
 over receptors and times, every 10 ms, by the greatest response of the class, against closed forms (the model sites, in
 double), which are off by less than 1e-14 themselves: no error is shown below their bound.
 """
-import csv
 import json
 import os
 import subprocess
@@ -17,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from drawing import BLUE, CLASSES, GREY, chart, figure, rule, save
+from runs import scene, table
 
 SIDE, STEP, DURATION, FREQUENCY = 200, 1e-3, 0.5, 5  # cells, s, s, Hz
 EVERY = 1e-2  # s: the times that all runs have
@@ -27,21 +27,6 @@ path = "pressure.npy"
 envelope = "sine"
 frequency = {FREQUENCY}
 mean = 1
-"""
-SCENE = """
-preset = "fingertip"
-tolerance = 1e6
-[load]
-{load}
-[receptors]
-depth = "fingertip"
-[sites]
-density = {{ sa1 = 70, fa1 = 140, sa2 = 30 }}
-[time]
-step = {step}
-duration = {duration}
-[output]
-traces = {traces}
 """
 FRAMES = 'kind = "sequence"\npath = "frames.npy"\ninterval = 1e-2\nhold = "{}"'
 MARCH = {"model": "march", "precision": "f64"}
@@ -61,8 +46,8 @@ WAYS = {  # what is changed: the load and the step, if others, and settings
 
 def run(dermis, folder, changes, settings):
     """The responses of the receptors at the times that all runs have, and milliseconds of the processor, the least of three."""
-    scene = {"load": LOAD, "step": STEP, "duration": DURATION, "traces": list(QUANTITIES), **changes}
-    Path(folder, "scene.toml").write_text(SCENE.format(**{**scene, "traces": json.dumps(scene["traces"])}))
+    values = {"load": LOAD, "step": STEP, "duration": DURATION, "traces": list(QUANTITIES), **changes}
+    Path(folder, "scene.toml").write_text(scene("needs", **{**values, "traces": json.dumps(values["traces"])}))
     taken = []
     for _ in range(3):
         child = subprocess.Popen([dermis, "run", "scene.toml", "--out", "out", "--device", "cpu", "--set",
@@ -73,7 +58,7 @@ def run(dermis, folder, changes, settings):
         if status:
             raise RuntimeError(f"{settings}: {said}")
         taken.append(1e3 * (used.ru_utime + used.ru_stime))
-    return np.load(f"{folder}/out/responses.npy")[::round(EVERY / scene["step"])], min(taken)
+    return np.load(f"{folder}/out/responses.npy")[::round(EVERY / values["step"])], min(taken)
 
 
 def known_to(folder):
@@ -92,8 +77,7 @@ def measured(dermis):
         np.save(f"{folder}/frames.npy", (1 + np.sin(2 * np.pi * FREQUENCY * times))[:, None, None] * pressure)
         truth, _ = run(dermis, folder, {"traces": []}, {"model": "sites"})
         known = known_to(folder)
-        with open(f"{folder}/out/receptors.csv", newline="") as file:
-            kinds = np.array([row["type"] for row in csv.DictReader(file)])
+        kinds = np.array([row["type"] for row in table(f"{folder}/out/receptors.csv")])
         for way, (changes, settings) in {FULL: ({}, MARCH), **WAYS}.items():
             values, ms = run(dermis, folder, changes, settings)
             off = {kind: np.abs(values - truth)[:, kinds == kind].max() / np.abs(truth[:, kinds == kind]).max() for kind in QUANTITIES}

@@ -5,7 +5,6 @@ It sends lines. `prepare frames N`, `prepare study STEPS`, `prepare creep FREQUE
 answered by a line for each peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the greatest ones by
 the greatest value, against the same model in double or a closed form. `run NAME METHOD COUNT` is answered by seconds.
 """
-
 import sys
 import time
 
@@ -13,14 +12,9 @@ import numpy as np
 
 try:
     import numba
-    import numba_spikes
-    from numba_frame import advance, respond, rolling
+    import numba_loops
 except ImportError:  # a row says so
     numba = None
-try:
-    import halide_frame
-except ImportError:
-    halide_frame = None
 try:
     import scipy
     from scipy.integrate import solve_ivp
@@ -33,27 +27,15 @@ CHECKED = 6  # frames
 
 def exact_step():
     """Coefficients of one exact step under a pressure that runs straight from one frame to the next, in double."""
-    z = MODULUS * DT / VISCOSITY
+    z, q = MODULUS * DT / VISCOSITY, DT / VISCOSITY
     p1 = -np.expm1(-z) / z
     p2 = (1 - p1) / z
-    p3 = (0.5 - p2) / z
-    q = DT / VISCOSITY
-    decay = np.exp(-z)
-    return (
-        MODULUS,
-        q * p1,
-        q * p2,
-        DT * p1,
-        DT * q * p2,
-        DT * q * p3,
-        decay / VISCOSITY,
-        q * p1 / DT,
-        -MODULUS / VISCOSITY * decay / VISCOSITY,
-        decay / VISCOSITY / DT,
-    )
+    p3, decay = (0.5 - p2) / z, np.exp(-z)
+    return (MODULUS, q * p1, q * p2, DT * p1, DT * q * p2, DT * q * p3, decay / VISCOSITY, q * p1 / DT,
+            -MODULUS / VISCOSITY * decay / VISCOSITY, decay / VISCOSITY / DT)
 
 
-E, B, F, I0, I1, I2, V0, V1, A0, A1 = (np.float32(x) for x in exact_step())
+STEP = E, B, F, I0, I1, I2, V0, V1, A0, A1 = tuple(np.float32(x) for x in exact_step())
 
 
 def aligned(values):
@@ -70,32 +52,24 @@ class Frame:
 
     def __init__(self, n):
         y, x = np.mgrid[0:n, 0:n].astype(np.float32)
-        surface = np.pad(np.sin(0.3 * x) * np.cos(0.2 * y), 1, mode="edge")
-        self.rest = aligned(
-            surface[1:-1, 2:] + surface[1:-1, :-2] + surface[2:, 1:-1] + surface[:-2, 1:-1] - 4 * surface[1:-1, 1:-1]
-        )
+        self.rest = aligned(self.laplacian(np.sin(0.3 * x) * np.cos(0.2 * y)))
         ramp = ((np.arange(n * n) % 1021) * 1e-3).astype(np.float32).reshape(n, n)
         self.frames = [aligned(ramp * np.float32(1 if i % 2 else -0.5)) for i in range(4)]
-        self.states = [aligned(np.zeros((2, n, n))) for _ in range(2)]  # strain and integral; Halide has two in turn
-        self.out = [aligned(np.zeros((n, n))) for _ in range(4)]
-        self.scratch = aligned(np.zeros((6, n, n)))
+        self.state, self.out, self.scratch = (aligned(np.zeros((maps, n, n))) for maps in (2, 4, 6))
         self.padded = np.zeros((n + 2, n + 2), np.float32)
-        self.reset()
-
-    def reset(self):
-        for state in self.states:
-            state[:] = 0
-        for response in self.out:
-            response[:] = np.nan
         self.k = 0
 
+    @staticmethod
+    def laplacian(x):
+        wide = np.pad(x, 1, mode="edge")
+        return wide[1:-1, 2:] + wide[1:-1, :-2] + wide[2:, 1:-1] + wide[:-2, 1:-1] - 4 * x
+
     def pressures(self):
-        p, q = self.frames[self.k % 4], self.frames[(self.k + 1) % 4]
         self.k += 1
-        return p, q
+        return self.frames[(self.k - 1) % 4], self.frames[self.k % 4]
 
     def exact(self):
-        """The responses after CHECKED frames in double, a row and its neighbours at a time from whole maps of a few."""
+        """The responses after CHECKED frames in double."""
         e, b, f, i0, i1, i2, v0, v1, a0, a1 = exact_step()
         strain, integral = np.zeros((2, *self.rest.shape))
         for k in range(CHECKED):
@@ -104,15 +78,11 @@ class Frame:
             integral += i0 * strain + i1 * p + i2 * way
             rate, acceleration = v0 * r + v1 * way, a0 * r + a1 * way
             strain += b * r + f * way
-        around = np.pad(strain, 1, mode="edge")
-        gain = (
-            1 + self.rest - (around[1:-1, 2:] + around[1:-1, :-2] + around[2:, 1:-1] + around[:-2, 1:-1] - 4 * strain)
-        )
-        return [x * gain for x in (strain, integral, rate, acceleration)]
+        return [x * (1 + self.rest - self.laplacian(strain)) for x in (strain, integral, rate, acceleration)]
 
 
 def numpy_frame(s):
-    (eps, total), out = s.states[0], s.out
+    (eps, total), out = s.state, s.out
     p, q = s.pressures()
     way, r, t, rate, acceleration, gain = s.scratch
     np.subtract(q, p, out=way)
@@ -147,48 +117,25 @@ def numpy_frame(s):
         np.multiply(x, gain, out=response)
 
 
-def numba_two_pass(s):
-    (eps, total), scratch = s.states[0], s.scratch
-    advance(*s.pressures(), eps, total, scratch[0], scratch[1], E, B, F, I0, I1, I2, V0, V1, A0, A1)
-    respond(s.rest, eps, total, scratch[0], scratch[1], *s.out)
-
-
-def numba_rolling(s):
+def numba_frame(s):
     threads, n = numba.get_num_threads(), s.rest.shape[1]
     rows = s.scratch.reshape(-1)[: threads * 6 * (n + 16)].reshape(threads, 6, n + 16)  # apart by a cache line
-    rolling(*s.pressures(), s.rest, *s.states[0], *s.out, rows, threads, E, B, F, I0, I1, I2, V0, V1, A0, A1)
-
-
-def frame_peers(n):
-    """Yield name, method, version, threads and what presses a frame; None in place of that where it is missing."""
-    yield "numpy", "whole-maps", np.__version__, 1, numpy_frame
-    if numba:
-        for method, frame in (("two-pass", numba_two_pass), ("rolling", numba_rolling)):
-            yield "numba", method, numba.__version__, numba.get_num_threads(), frame
-    else:
-        yield "numba", "", "", 0, None
-    if halide_frame:
-        for method in halide_frame.SCHEDULES:
-            yield "halide", method, halide_frame.version(), 0, halide_frame.HalideFrame(
-                n, method, [float(x) for x in exact_step()]
-            )
-    else:
-        yield "halide", "", "", 0, None
+    numba_loops.rolling(*s.pressures(), s.rest, *s.state, s.out, rows, threads, STEP)
 
 
 def prepare_frames(n):
-    n = int(n)
-    scene = Frame(n)
+    scene = Frame(int(n))
     exact = scene.exact()
-    greatest = [np.abs(x).max() for x in exact]
-    for name, method, version, threads, frame in frame_peers(n):
-        if not frame:
-            print("missing", name)
-            continue
-        scene.reset()
+    ways = [("numpy", "whole-maps", np.__version__, 1, numpy_frame)]
+    if numba:
+        ways.append(("numba", "rolling", numba.__version__, numba.get_num_threads(), numba_frame))
+    else:
+        print("missing numba")
+    for name, method, version, threads, frame in ways:
+        scene.state[:], scene.out[:], scene.k = 0, np.nan, 0
         for _ in range(CHECKED):
             frame(scene)
-        errors = [np.abs(found - x).max() / most for found, x, most in zip(scene.out, exact, greatest)]
+        errors = [np.abs(found - x).max() / np.abs(x).max() for found, x in zip(scene.out, exact)]
         WORK[name, method] = lambda count, frame=frame: [frame(scene) for _ in range(count)]
         tell(name, method, version, threads, CHECKED, errors)
 
@@ -277,9 +224,8 @@ def prepare_creep(frequency):
         return
     w = 2 * np.pi * float(frequency)
     cells = len(CREEP_PRESSURE)
-    k, flow = np.repeat(CREEP_MODULUS / CREEP_VISCOSITY, cells), np.repeat(1 / CREEP_VISCOSITY, cells) * np.tile(
-        CREEP_PRESSURE, 3
-    )
+    k = np.repeat(CREEP_MODULUS / CREEP_VISCOSITY, cells)
+    flow = np.repeat(1 / CREEP_VISCOSITY, cells) * np.tile(CREEP_PRESSURE, 3)
     t = np.arange(1, round(CREEP_END / CREEP_INTERVAL) + 1) * CREEP_INTERVAL
     jacobian = -k[None, :]
 
@@ -287,18 +233,8 @@ def prepare_creep(frequency):
         return flow * (1 + np.sin(w * t)) - k * y if w else flow - k * y
 
     def solve(tolerance):
-        return solve_ivp(
-            rates,
-            (0, CREEP_END),
-            np.zeros(3 * cells),
-            "LSODA",
-            t_eval=t,
-            rtol=tolerance,
-            atol=tolerance * CREEP_PRESSURE.max() / CREEP_MODULUS.max(),
-            lband=0,
-            uband=0,
-            jac=lambda t, y: jacobian,
-        )
+        return solve_ivp(rates, (0, CREEP_END), np.zeros(3 * cells), "LSODA", t_eval=t, rtol=tolerance, lband=0, uband=0,
+                         atol=tolerance * CREEP_PRESSURE.max() / CREEP_MODULUS.max(), jac=lambda t, y: jacobian)
 
     exact = [np.outer(x, CREEP_PRESSURE) for x in creep_exact(t, float(frequency))]
     for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
@@ -343,19 +279,17 @@ def prepare_spikes(n):
         print("missing numba")
         return
     spikes = np.zeros(n, np.uint8)
-    held, waits = numba_spikes.zeros(5, n), np.zeros((2, n), np.int32)
+    held, waits = np.zeros((5, n), np.float32), np.zeros((2, n), np.int32)
     b, a = np.float32([0.000219, 0.000657, 0.000657, 0.000219]), np.float32([1, -2.7488, 2.5282, -0.7776])
     gains = np.float32([2, 1, 50, 20, 10, 10])
 
     def fire(count):
         for k in range(count):
-            numba_spikes.integrate_and_fire(inputs[k % 32], fired_voltage, waits[0], spikes, np.float32(600), np.float32(0.125), 2)
+            numba_loops.integrate_and_fire(inputs[k % 32], fired_voltage, waits[0], spikes, np.float32(600), np.float32(0.125), 2)
 
     def touchsim(count):
         for k in range(count):
-            numba_spikes.recursion(
-                inputs[k % 32], now, held, recursed, waits[1], spikes, b, a, gains, np.float32(0.025), 5
-            )
+            numba_loops.recursion(inputs[k % 32], now, held, recursed, waits[1], spikes, b, a, gains, np.float32(0.025), 5)
 
     for method, work in (("integrate-and-fire", fire), ("touchsim", touchsim)):
         work(2)

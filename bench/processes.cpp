@@ -12,23 +12,20 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <fmt/format.h>
-
 namespace bench {
 
 using namespace dermis;
 
 namespace {
 
-// The costs of a run in a process of its own: seconds of its steps, seconds from the process's start, peak memory.
+// The costs of a run in a process of its own: seconds of its steps, peak memory.
 struct Alone {
-    double seconds = NAN, whole = NAN, peak_bytes = NAN;
+    double seconds = NAN, peak_bytes = NAN;
 };
 
 Alone alone(const std::function<double()>& work) {
     int ends[2];
     if (pipe(ends) != 0) return {};
-    const double start = now();
     const pid_t child = fork();
     if (child == 0) {
         const double seconds = work();
@@ -41,78 +38,29 @@ Alone alone(const std::function<double()>& work) {
     rusage usage{};
     int status = 0;
     wait4(child, &status, 0, &usage);
-    a.whole = now() - start;
     a.peak_bytes = double(usage.ru_maxrss) * 1024;
     return a;
 }
 
-// Runs a scene on the CPU path, each time in a process of its own, and compares the greatest memory with plan()'s.
-void add_alone(Bench& bench, Measurement r, const std::function<Scene()>& scene, int runs) {
-    std::vector<double> seconds;
-    Alone a;
-    for (int i = 0; i < runs; ++i) {
-        a = alone([&] { return run(scene(), Device::cpu()).seconds; });
-        seconds.push_back(a.seconds);
-    }
-    r.wall = timing_of(seconds);
-    const double planned = alone([&] {
-                               const Explanation e = plan(scene(), Device::cpu());
-                               return e.candidates[e.chosen].bytes;
-                           }).seconds;
-    r.limit = planned_bytes;
-    r.limit_GBs = planned / 1e9;
-    r.of_limit = a.peak_bytes / planned;
-    bench.add(r);
-}
+// A scene whose memory is measured, of so many cells a side.
+struct Remembered {
+    const char* workload;
+    Model model = Model::march;
+    Precision precision = Precision::f32;
+    bool materials = false; // one per cell, of several retardation times
+};
 
-Scene linear_scene(int n, int steps) {
+constexpr Remembered remembered[] = {
+    {"memory", Model::moments, Precision::f64},     {"memory-fields", Model::maps, Precision::f64},
+    {"memory-sites", Model::sites, Precision::f64}, {"memory", Model::march, Precision::f32_compensated},
+    {"memory", Model::march, Precision::f64},       {"memory-each", Model::march, Precision::f32, true}};
+
+Scene scene_of(const Remembered& c, int n, int steps) {
     Scene s;
     s.grid = {n, n, {}};
     s.load.kind = Load::Kind::linear;
     s.load.radius = n;
     s.time = {0.01, 0.01 * steps};
-    return s;
-}
-
-} // namespace
-
-void growth(Bench& bench) {
-    constexpr int steps = 6;
-    for (int n : bench.quick ? std::vector{1024, 2048} : std::vector{1024, 2048, 4096, 8192, 16384}) {
-        Measurement r = bench.cpu("growth", n, bench.cores);
-        r.model = "march";
-        r.precision = "f32";
-        r.steps = steps;
-        const auto scene = [n] {
-            Scene s = linear_scene(n, steps);
-            s.model = Model::march;
-            s.precision = Precision::f32;
-            return s;
-        };
-        add_alone(bench, r, scene, n > 8192 ? 1 : 3);
-    }
-}
-
-namespace {
-
-// A scene whose memory is measured. growth() has the march in f32.
-struct Remembered {
-    const char* workload;
-    Model model;
-    Precision precision = Precision::f64;
-    bool materials = false; // one per cell, of several retardation times
-};
-
-constexpr Remembered remembered[] = {
-    {.workload = "memory", .model = Model::moments},
-    {.workload = "memory-fields", .model = Model::maps},
-    {.workload = "memory-sites", .model = Model::sites},
-    {.workload = "memory", .model = Model::march, .precision = Precision::f32_compensated},
-    {.workload = "memory", .model = Model::march},
-    {.workload = "memory-each", .model = Model::march, .precision = Precision::f32, .materials = true}};
-
-Scene scene_of(const Remembered& c, int n, int steps) {
-    Scene s = linear_scene(n, steps);
     s.model = c.model;
     s.precision = c.precision;
     if (c.model == Model::maps) s.output.fields = {{0.01, {Quantity::sa1, Quantity::fa1}}};
@@ -127,38 +75,36 @@ Scene scene_of(const Remembered& c, int n, int steps) {
     return s;
 }
 
-} // namespace
-
-void memory(Bench& bench) {
-    constexpr int steps = 3;
-    const int side = bench.quick ? 1024 : 2048;
-    for (const Remembered& c : remembered) {
-        const int n = c.materials ? side / 2 : side; // a material per cell takes seconds to prepare
-        Measurement r = bench.cpu(c.workload, n, bench.cores);
-        r.model = name(c.model);
-        r.precision = name(c.precision);
-        r.steps = steps;
-        add_alone(
-            bench, r, [&] { return scene_of(c, n, steps); }, 1);
+// Runs a scene on the CPU path, each time in a process of its own, and compares the greatest memory with plan()'s.
+void add_alone(Bench& bench, const Remembered& c, int n, int steps, int runs) {
+    std::vector<double> seconds;
+    Alone a;
+    for (int i = 0; i < runs; ++i) {
+        a = alone([&] { return run(scene_of(c, n, steps), Device::cpu()).seconds; });
+        seconds.push_back(a.seconds);
     }
+    Measurement r = row_of(bench.cpu(c.workload, n, bench.cores), name(c.model), name(c.precision), steps);
+    r.wall = timing_of(seconds);
+    const auto planned = [&] {
+        const Explanation e = plan(scene_of(c, n, steps), Device::cpu());
+        return e.candidates[e.chosen].bytes;
+    };
+    r.limit = planned_bytes;
+    r.limit_GBs = alone(planned).seconds / 1e9;
+    r.of_limit = a.peak_bytes / 1e9 / r.limit_GBs;
+    bench.add(r);
 }
 
-std::vector<double> first_frames(const std::string& device, int runs) {
-    std::vector<double> seconds;
-    for (int i = 0; i < runs + 1; ++i) {
-        const Alone a = alone([&] {
-            Scene s;
-            s.time.duration = s.time.step;
-            try {
-                return run(s, Device::open(device)).seconds;
-            } catch (const Error&) {
-                return NAN + 0.0;
-            }
-        });
-        if (std::isnan(a.seconds)) return {};
-        if (i > 0) seconds.push_back(a.whole); // the first one warms caches on disk
-    }
-    return seconds;
+} // namespace
+
+void growth(Bench& bench) {
+    for (int n : bench.quick ? std::vector{1024, 2048} : std::vector{1024, 2048, 4096, 8192, 16384})
+        add_alone(bench, {.workload = "growth"}, n, 6, n > 8192 ? 1 : 3);
+}
+
+void memory(Bench& bench) {
+    const int side = bench.quick ? 1024 : 2048;
+    for (const Remembered& c : remembered) add_alone(bench, c, c.materials ? side / 2 : side, 3, 1);
 }
 
 namespace {
@@ -201,7 +147,7 @@ class Commands {
 
     void add_run(const std::string& scene, int cells, const std::string& device) {
         const bool vulkan = device == "vulkan";
-        Measurement r = vulkan ? bench_.on_vulkan("", cells) : bench_.cpu("", cells, bench_.cores);
+        Measurement r = vulkan ? bench_.on(*bench_.vulkan, "", cells) : bench_.cpu("", cells, bench_.cores);
         r.steps = scene == "study" ? 999 : 0;
         add(r, scene + "-" + device,
             {"run", (folder_ / (scene + ".toml")).string(), "--out", (folder_ / "results").string(), "--device",
@@ -245,30 +191,6 @@ void processes(Bench& bench) {
         commands.add_run("study", 150, device);
     }
     if (bench.vulkan) commands.add_run("smallest", 1, "vulkan");
-}
-
-void construction(Bench& bench) {
-    for (int n : bench.quick ? std::vector{512, 1024} : std::vector{512, 1024, 2048, 4096}) {
-        std::vector<std::function<double()>> work;
-        for (bool noise : {false, true}) {
-            SkinDescription d;
-            d.grid = {n, n, {}};
-            d.surface.kind = Surface::Kind::wave;
-            if (!noise) d.surface.noise = 0;
-            work.push_back([d] {
-                std::optional<Skin> skin;
-                return seconds_of([&] { skin.emplace(Device::cpu(), d); });
-            });
-        }
-        const std::vector<Timing> timings = bench.paired(work, n > 2048 ? 1 : 3);
-        for (size_t noise = 0; noise < 2; ++noise) {
-            Measurement r = bench.cpu(noise ? "construction-noise" : "construction", n, bench.cores);
-            r.model = "skin";
-            r.method = "";
-            r.wall = timings[noise];
-            bench.add(r);
-        }
-    }
 }
 
 } // namespace bench

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: MIT
 """What the afferents of a fingertip fire while a grating touches it, slides and lifts: raster.py dermis picture.png"""
-import csv
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -9,49 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from drawing import CLASSES, plt, save
+from runs import run, scene, table
 
 WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
 PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 2e4  # of the grating, m; m/s; Pa
 TOUCH, SLIDE, STOP, LIFT, END = 0.1, 0.3, 0.8, 1.0, 1.2  # s
-SCENE = f"""
-[grid]
-width = {WIDTH}
-height = {HEIGHT}
-spacing = {SPACING}
-[surface]
-kind = "flat"
-relief = 1e-5
-[material]
-modulus = "50 kPa" # as soft as TouchSim's skin
-viscosity = 500
-thickness = "2 mm"
-curvature_length = 0
-[load]
-kind = "sequence"
-path = "frames.npy"
-interval = {INTERVAL}
-[receptors]
-depth = "fingertip"
-[sites]
-density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
-[[afferents]]
-type = "sa1"
-endings = 10 # the fields of bench/evidence/afferents.csv
-radius = "1.4 mm"
-[[afferents]]
-type = "fa1"
-endings = 11
-radius = "3 mm"
-[[afferents]]
-type = "fa2"
-[time]
-step = {INTERVAL}
-duration = {END}
-[output]
-traces = []
-"""
-
-
 def frames():
     """A dome of pressure, over which the crests of a grating slide, and the mean pressure at each time."""
     time = np.arange(round(END / INTERVAL) + 1) * INTERVAL
@@ -66,13 +26,10 @@ def frames():
 
 def main(dermis, picture):
     time, pressed, mean = frames()
+    text = scene("fingertip", width=WIDTH, height=HEIGHT, spacing=SPACING, interval=INTERVAL, end=END)
     with tempfile.TemporaryDirectory() as folder:
-        np.save(f"{folder}/frames.npy", pressed)
-        Path(folder, "scene.toml").write_text(SCENE)
-        subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, stdout=subprocess.DEVNULL)
-        spikes = np.load(f"{folder}/out/spikes.npy")
-        with open(f"{folder}/out/afferents.csv", newline="") as file:
-            fibres = list(csv.DictReader(file))
+        out = run(dermis, text, folder, frames=pressed)
+        spikes, fibres = np.load(out / "spikes.npy"), table(out / "afferents.csv")
     figure, axes = plt.subplots(3, 1, figsize=(8, 6), sharex=True, height_ratios=(1.2, 4, 2), constrained_layout=True)
     axes[0].plot(time, mean / 1e3, color="black", linewidth=1)
     axes[0].set_ylabel("pressure\n(kPa, mean)", fontsize=9)

@@ -3,7 +3,6 @@
 
 report.py --claims results.csv checks what the pictures claim of errors, refused steps and bits, and draws nothing.
 """
-import csv
 import sys
 from pathlib import Path
 
@@ -13,39 +12,13 @@ from matplotlib.ticker import LogLocator
 import depth
 from drawing import (BLUE, GREEN, GREY, METHODS, ORANGE, PRECISIONS, PURPLE, SKY, VERMILLION, ZERO, error_axis, figure, held,
                      logarithmic, named, rule, save)
-from page import PEER_NAMES, crossings, driver, of, on_cpu, on_vulkan, page, places, plural, shape
-
-SIMULATED_SECONDS = 2.56  # of the rows of accuracy and stiff
-FASTEST = 4  # ms: the least retardation time of the stiff chain
-
-
-def number(text):
-    return float(text) if text else np.nan
-
-
-# Pictures take the least of the runs, tables the median.
-def load(path):
-    with open(path, newline="") as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        row["cells"] = number(row["width"]) * number(row["height"])
-        row["seconds"], row["least"] = number(row["wall_median_s"]), number(row["wall_least_s"])
-        steps = row["cells"] * max(number(row["steps"]), 1) if row["width"] else np.nan
-        row["ns"], row["least_ns"] = row["seconds"] * 1e9 / steps, row["least"] * 1e9 / steps
-        row["cost"] = row["least"] * 1e9 / row["cells"] / SIMULATED_SECONDS
-    return rows
-
+from page import PEER_NAMES, crossings, driver, load, number, of, on_cpu, on_vulkan, page, places, plural, step_of
 
 def origin(rows):
     first = rows[0]
     drivers = sorted({f"{r['driver']} {r['driver_version']}" for r in rows if on_vulkan(r)})
     return (f"{first['cpu']}, {first['cores']} cores, {first['compiler']}{''.join(', ' + d for d in drivers)}; "
             f"commit {first['commit']}, {first['date']}{', quick' if first['size'] == 'quick' else ''}")
-
-
-def step_of(row):
-    """ms, on the stiff chain."""
-    return number(row["dt_over_tau"]) * FASTEST
 
 
 def errors(ladder, column="err_strain"):
@@ -166,7 +139,7 @@ def devices(rows):
     pays = [f"{name} pays from {cells:.2g} cells on" for name, cells in crossings(rows).items() if cells]
     drawn, axes = figure(2, 1, 7.6, pays[0] if pays else "No Vulkan device here is faster than the CPU at any size", sharex=True)
     colours = {"dermis, 1 thread": SKY, f"dermis, {plural(cores)}": BLUE, **dict(zip(PEER_NAMES.values(), (
-        "black", PURPLE, GREEN, ORANGE, GREY)))}
+        "black", ORANGE, GREY)))}
     best = next(r["backend"] for r in of(rows, "press") if on_cpu(r))
 
     def name_of(r):
@@ -221,7 +194,7 @@ def pads(rows):
         axis.plot([r["cells"] for r in single], [r["least_ns"] for r in single], "--", color="black", label="one skin")
         for (width, height), colour in shapes.items():
             for model, line, label in (("batch", "o-", f"pads of {width} x {height}"), ("native-bits", "x:", None)):
-                found = sorted((r for r in of(mine, "pads", model=model) if shape(r)[:2] == (width, height)), key=lambda r: r["cells"])
+                found = sorted((r for r in of(mine, "pads", model=model) if r["shape"][:2] == (width, height)), key=lambda r: r["cells"])
                 axis.plot([r["cells"] for r in found], [r["least_ns"] for r in found], line, color=colour, label=label)
         alone = of(mine, "pads-batch", model="skins")
         axis.plot([r["cells"] for r in alone], [r["least_ns"] for r in alone], "*", color=BLUE, markersize=10,
@@ -252,7 +225,7 @@ def main(path, folder):
             Path(folder).mkdir(parents=True, exist_ok=True)
             save(picture(timed), Path(folder) / f"{picture.__name__}.png", origin(timed))
     if not checked:
-        (Path(folder) / "RESULTS.md").write_text(page(rows, step_of))
+        (Path(folder) / "RESULTS.md").write_text(page(rows))
     held(claims)
 
 

@@ -50,45 +50,17 @@ std::string csv_of(const std::vector<Measurement>& rows, const Origin& origin) {
     std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
     std::string csv = std::string(header) + "\n";
     for (const Measurement& r : rows) {
-        const std::string cells[] = {std::to_string(schema),
-                                     text(origin.commit),
-                                     date,
-                                     origin.size,
-                                     text(origin.machine.cpu),
-                                     std::to_string(origin.machine.cores),
-                                     text(origin.machine.compiler),
-                                     text(r.device),
-                                     r.device_uuid,
-                                     text(r.driver),
-                                     text(r.driver_version),
-                                     r.exact ? "true" : "false",
-                                     r.backend,
-                                     std::to_string(r.threads),
-                                     r.workload,
-                                     count(r.width),
-                                     count(r.height),
-                                     count(r.steps),
-                                     count(r.receptors),
-                                     r.model,
-                                     r.method,
-                                     r.precision,
-                                     r.stencil,
-                                     number(r.dt_over_tau),
-                                     number(r.bytes_per_cell),
-                                     number(r.flops_per_cell),
-                                     number(r.wall.least),
-                                     number(r.wall.median),
-                                     number(r.wall.q1),
-                                     number(r.wall.q3),
-                                     number(r.wall.busy),
-                                     number(r.gpu_median),
-                                     count(r.wall.runs),
-                                     r.limit,
-                                     number(r.limit_GBs),
-                                     number(r.of_limit),
-                                     r.ratio_to,
-                                     number(r.ratio)};
-        csv += fmt::format("{}", fmt::join(cells, ","));
+        const auto put = [&csv](const auto&... cells) {
+            csv += fmt::format("{}", fmt::join(std::vector<std::string>{cells...}, ","));
+        };
+        put(std::to_string(schema), text(origin.commit), date, origin.size, text(origin.machine.cpu),
+            std::to_string(origin.machine.cores), text(origin.machine.compiler), text(r.device), r.device_uuid,
+            text(r.driver), text(r.driver_version), r.exact ? "true" : "false", r.backend, std::to_string(r.threads),
+            r.workload, count(r.width), count(r.height), count(r.steps), count(r.receptors), r.model, r.method,
+            r.precision, r.stencil, number(r.dt_over_tau), number(r.bytes_per_cell), number(r.flops_per_cell),
+            number(r.wall.least), number(r.wall.median), number(r.wall.q1), number(r.wall.q3), number(r.wall.busy),
+            number(r.gpu_median), count(r.wall.runs), r.limit, number(r.limit_GBs), number(r.of_limit), r.ratio_to,
+            number(r.ratio));
         for (double e : r.errors) csv += "," + exactly(e);
         csv += "," + r.status + "\n";
     }

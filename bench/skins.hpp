@@ -1,79 +1,50 @@
 // SPDX-License-Identifier: MIT
-// Skins as robots have them, and their pressures.
+// Skins as robots have them, their pressures, and how they are pressed.
 #pragma once
 
 #include "bench/bench.hpp"
 
 #include <cmath>
-#include <cstring>
-#include <random>
-
-#include <fmt/format.h>
 
 namespace bench {
 
 constexpr double press_dt = 0.001; // s
 
-// Cells of 0.25 mm.
-inline dermis::SkinDescription rectangle(int width, int height) {
-    dermis::SkinDescription d;
-    d.grid = {width, height, 2.5e-4};
-    d.surface.relief = 5e-5;
-    d.material = {.modulus = 20e3, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 1e-5};
-    return d;
-}
-
-// Receptors of all classes in turn, in cells drawn at random.
-inline dermis::SkinDescription with_sites(dermis::SkinDescription d, int count) {
-    using dermis::Quantity;
-    std::mt19937 random(7);
-    constexpr Quantity types[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    for (int i = 0; i < count; ++i)
-        d.sites.push_back(
-            {types[i % 4], {int(random() % unsigned(d.grid.width)), int(random() % unsigned(d.grid.height))}});
-    return d;
-}
-
-// Pressures of `count` frames one after another, Pa.
-inline std::vector<float> random_frames(size_t cells, size_t count) {
-    std::mt19937 random(11);
-    std::vector<float> frames(cells * count);
-    for (float& p : frames) p = float(random() % 20000);
-    return frames;
-}
-
-inline bool same(const dermis::Skin::Response& a, const dermis::Skin::Response& b) {
-    return a.size == b.size && std::memcmp(a.data, b.data, a.size * sizeof(float)) == 0;
-}
-
+// Cells of 0.25 mm, unless another spacing is given.
+dermis::SkinDescription rectangle(int width, int height, double spacing = 2.5e-4);
 // Retardation times from 4 ms on, each three times the one before.
-inline dermis::Material chain_of(int elements, bool spring) {
-    dermis::Material m;
-    if (elements == 1 && !spring) return m;
-    for (int e = 0; e < elements; ++e) m.elements.push_back({2e6 / (1 + e), 8e3 * std::pow(3, e) / (1 + e)});
-    if (spring) m.spring = 4e6;
-    return m;
-}
+dermis::Material chain_of(int elements, bool spring);
 
-// How materials are spread over a grid.
+// How materials are spread over a grid: the index of each cell's material; empty if there is one.
 enum class Spread { uniform, patches, random, thousand, each };
+std::vector<size_t> materials_of(Spread, size_t n);
 
-// The index of each cell's material; empty if there is one.
-inline std::vector<size_t> materials_of(Spread spread, size_t n) {
-    if (spread == Spread::uniform) return {};
-    std::vector<size_t> of(n * n);
-    std::mt19937 random(1);
-    for (size_t i = 0; i < of.size(); ++i)
-        of[i] = spread == Spread::patches    ? (i / n / (n / 4) + i % n / (n / 8)) % 4
-                : spread == Spread::random   ? random() % 4
-                : spread == Spread::thousand ? random() % 1000
-                                             : i;
-    return of;
-}
+dermis::SkinOptions in_f32(int pads = 1);
 
-// The shape of a batch, in the column `method`.
-inline std::string shape_of(const dermis::SkinDescription& d, int pads) {
-    return fmt::format("exact-{}x{}x{}", d.grid.width, d.grid.height, pads);
-}
+// Skins of one kind, and how they are pressed.
+struct Press {
+    std::string model;
+    dermis::SkinDescription skin;
+    dermis::SkinOptions options = in_f32();
+    int skins = 1;                                   // pressed one by one
+    size_t frames = 1;                               // of one call
+    bool cells = false;                              // the pressures of the cells of their sites alone are handed over
+    std::string stencil = "five-point", method = {}; // method: empty: the shape
+    bool reads_each = false, reads_last = false; // the response FA2, after each press or after the last one of a run
+    long long cells_of_frame() const;
+};
+
+// The pressures of a ring of frames one after another, Pa: at random, or the same in all cells.
+using Frames = std::shared_ptr<const std::vector<float>>;
+Frames frames_of(const Press&, size_t ring, float pressure = NAN);
+
+// The row of a workload and its work: so many frames of the ring. Throws if a device, or several threads, have other
+// bits than one thread.
+Contender pressed(const Bench&, const dermis::Device&, const char* workload, const Press&, long long steps,
+                  const Frames&, size_t ring);
+
+// The same work and bits by a loop that is written for this one kind of pad and compiled for this processor.
+Contender native_pads(const Bench&, const dermis::Device&, const dermis::SkinDescription&, int pads, long long steps,
+                      const Frames&, size_t ring);
 
 } // namespace bench

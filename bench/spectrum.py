@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: MIT
 """The same press on a skin of one retardation time, as the study's, and on a measured one: spectrum.py dermis picture.png"""
-import csv
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -9,22 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from drawing import BLUE, VERMILLION, key, plt, save
+from runs import run, scene, traces
 
 LASTING = 5e4  # Pa: stress over strain after a long hold, of both skins
 TAU = 1 / 1.54  # s: the study's viscosity over its modulus
-SCENE = """
-preset = "fingertip"
-[load]
-intensity = 2e3
-envelope = "ramp"
-rise = 0.005
-[time]
-step = 0.0005
-duration = 10.001
-[output]
-probes = [[120, 100]]
-extremes = false
-"""
 # Relaxations of 4 ms, 70 ms and 1.4 s beside a lasting part (the preset), and one element that creeps as far.
 SKINS = {"measured: 4 ms, 70 ms, 1.4 s": ([], BLUE, "-"),
          "one element, 0.65 s": (["--set", f"material.modulus={LASTING}", "--set",
@@ -34,20 +20,11 @@ PANELS = [("strain", "strain (1)"), ("sa1", "SA1 (1)"), ("sa2", "SA2 (s)"), ("fa
           ("fa2", "FA2 (1/s²; linear within ±0.1)")]
 
 
-def traces(dermis, settings, folder):
-    scene = folder / "scene.toml"
-    scene.write_text(SCENE)
-    subprocess.run([dermis, "run", scene, "--out", folder / "out", *settings], check=True, stdout=subprocess.DEVNULL)
-    with open(folder / "out" / "traces.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
-
-
 def main(dermis, picture):
     figure, axes = plt.subplots(2, 3, figsize=(8, 4.6))
     for label, (settings, colour, line) in SKINS.items():
         with tempfile.TemporaryDirectory() as folder:
-            t = traces(dermis, settings, Path(folder))
+            t = traces(run(str(Path(dermis).resolve()), scene("spectrum"), folder, *settings))
         shown = t["time"] >= 0.001
         for axis, (quantity, _) in zip(axes.flat[1:], PANELS):
             axis.plot(t["time"][shown], t[f"{quantity}_probe0"][shown], color=colour, linestyle=line, label=label)

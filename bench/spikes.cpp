@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Afferents step by step, beside the methods of other models on the same number of afferents.
 #include "bench/bench.hpp"
-#include "host/core/embedding/backend.hpp"
-#include "host/core/press/device.hpp"
 
+#include <cmath>
 #include <numbers>
-
-#include <fmt/format.h>
 
 namespace bench {
 
@@ -25,9 +22,9 @@ std::vector<model::FibreKind> kinds_of(size_t n) {
 }
 
 // Fibres under strains that vibrate, each with an amplitude and a phase of its own.
-class Contender {
+class Vibrating {
   public:
-    Contender(std::unique_ptr<model::FibrePopulation<f32>> fibres, double strain, double step = dt)
+    Vibrating(std::unique_ptr<model::FibrePopulation<f32>> fibres, double strain, double step = dt)
         : step_(step), fibres_(std::move(fibres)),
           inputs_(size_t(period / step), std::vector<float>(fibres_->count())) {
         for (size_t i = 0; i < fibres_->count(); ++i) {
@@ -68,7 +65,7 @@ double strain_for(double rate) {
     double strain = 1e-6;
     for (double factor = 2; factor > 1.02; factor = std::sqrt(factor))
         for (;; strain *= factor) {
-            Contender c(Device::cpu(1).impl().backend->fibres(kinds_of(4000), 1), strain * factor);
+            Vibrating c(Device::cpu(1).impl().backend->fibres(kinds_of(4000), 1), strain * factor);
             c.press();
             c.press();
             if (c.rate() > rate || strain > 1) break;
@@ -79,52 +76,35 @@ double strain_for(double rate) {
 } // namespace
 
 void spikes(Bench& bench) {
-    std::vector<std::pair<Measurement, std::function<double()>>> all;
-    std::vector<std::unique_ptr<Contender>> contenders;
-    const auto add = [&](Measurement r, model::Backend& backend, size_t n, double strain, double step = dt) {
-        auto& c = contenders.emplace_back(std::make_unique<Contender>(backend.fibres(kinds_of(n), 1), strain, step));
-        all.emplace_back(r, [&c = *c] { return c.press(); });
-    };
-    const auto row_of = [](Measurement r, long long n, const std::string& method) {
-        r.model = "located";
-        r.precision = "f32";
+    std::vector<Contender> all;
+    const auto add = [&](const Device& device, const char* workload, long long n, const std::string& method,
+                         double strain, double step = dt) {
+        const auto fibres =
+            std::make_shared<Vibrating>(device.impl().backend->fibres(kinds_of(size_t(n)), 1), strain, step);
+        Measurement r = row_of(bench.on(device, workload, n), "located", "f32", presses);
         r.stencil = "";
         r.method = method;
-        r.width = r.receptors = n;
+        r.receptors = n;
         r.height = 1;
-        r.steps = presses;
-        return r;
+        all.push_back({r, [fibres] { return fibres->press(); }});
     };
     for (const double rate : {10.0, 62.0}) {
         const double strain = strain_for(rate);
         if (rate == 10)
             for (const double step : {1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
-                add(row_of(bench.cpu("spikes-steps", 17000, 1), 17000, fmt::format("{:g}", step)),
-                    *Device::cpu(1).impl().backend, 17000, strain, step);
+                add(Device::cpu(1), "spikes-steps", 17000, fmt::format("{:g}", step), strain, step);
         for (const long long n : {17000LL, 230000LL}) {
-            const auto row = [&](const Measurement& r) { return row_of(r, n, fmt::format("exact-{:.0f}Hz", rate)); };
-            for (const int threads : {1, bench.cores})
-                add(row(bench.cpu("spikes", n, threads)), *Device::cpu(threads).impl().backend, size_t(n), strain);
-            if (bench.vulkan) add(row(bench.on_vulkan("spikes", n)), *bench.vulkan->impl().backend, size_t(n), strain);
+            std::vector<Device> devices = bench.cpus();
+            if (bench.vulkan) devices.push_back(*bench.vulkan);
+            for (const Device& device : devices) add(device, "spikes", n, fmt::format("exact-{:.0f}Hz", rate), strain);
         }
     }
-    for (const Peers::Peer& peer : bench.peers->prepare("spikes 230000")) {
-        Measurement r = bench.of_peer(peer, "spikes", 230000);
-        r.stencil = "";
-        r.height = 1;
-        r.receptors = 230000;
-        r.steps = presses;
-        all.emplace_back(r, [&bench, peer] { return bench.peers->seconds(peer, presses); });
-    }
-    std::vector<std::function<double()>> work;
-    for (const auto& [row, seconds] : all)
-        if (row.status != not_installed) work.push_back(seconds);
-    const std::vector<Timing> timings = bench.paired(work, bench.runs);
-    size_t next = 0;
-    for (auto& [row, seconds] : all) {
-        if (row.status != not_installed) row.wall = timings[next++];
-        bench.add(row);
-    }
+    Measurement like = row_of(bench.cpu("spikes", 230000, 1), "", "", presses);
+    like.stencil = "";
+    like.height = 1;
+    like.receptors = 230000;
+    for (Contender& c : bench.of_peers("spikes 230000", like, presses)) all.push_back(std::move(c));
+    bench.measure(std::move(all), bench.runs);
 }
 
 } // namespace bench

@@ -10,8 +10,6 @@ returns spike times in s.
 """
 import csv
 import json
-import subprocess
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +17,7 @@ from scipy import signal
 from scipy.linalg import expm
 
 from drawing import BLUE, GREEN, ORANGE, PURPLE, chart, figure, key, logarithmic, rule, save
+from runs import afferent, fire
 
 COARSE, HALVINGS = 2.0**-15, 32  # s: the reference's longest step, and how often it is halved: to 7e-15 s
 
@@ -175,45 +174,10 @@ def match(spikes, wanted, within):
     return errors, len(wanted) - len(errors), len(spikes) - len(errors)
 
 
-# The parameters of the classes (bench/evidence/afferents.csv); a frequency and an amplitude at which each fires well.
-PARAMETERS = {"after": [(0, 1), (0, 1)], "reset": 0.0}
-CASES = {
-    "SA1, 10 Hz": (10, 3.0, PARAMETERS | {
-        "time_constants": [8.499e-3, 2.905e-4], "value": 18.12, "rate": 1.0, "gains": [(0.1059, 0.01015), (0, 0), (0, 0)],
-        "membrane_time": 5.472e-3, "refractory_time": 2.843e-3}),
-    "FA1 (RA), 50 Hz": (50, 0.25, PARAMETERS | {
-        "time_constants": [1.127e-3, 3.423e-4], "value": 0.0, "rate": 1.0, "gains": [(0.2183, 0.002216), (0, 0), (0, 0)],
-        "membrane_time": 8.445e-3, "refractory_time": 2.559e-3}),
-    "FA2 (PC), 250 Hz": (250, 2.5e-4, PARAMETERS | {
-        "time_constants": [3.371e-4], "frequency": 264.6, "quality": 1.157, "value": 0.0, "rate": 1.0,
-        "gains": [(0, 0), (4.341e-3, 5.5e-7), (0, 0)], "membrane_time": 1.241e-3, "refractory_time": 3.16e-3}),
-}
+# A frequency and an amplitude at which the afferent of each class fires well.
+CASES = {"SA1, 10 Hz": (10, 3.0, afferent("sa1")), "FA1 (RA), 50 Hz": (50, 0.25, afferent("ra")), "FA2 (PC), 250 Hz": (250, 2.5e-4, afferent("pc"))}
 STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 SECONDS = 1.0
-SCENE = """
-[grid]
-width = 1
-height = 1
-spacing = 1e-3
-[surface]
-kind = "flat"
-relief = 1e-5
-[material]
-modulus = 1 # Pa: the strain is the pressure
-viscosity = 0
-thickness = 1e-3
-curvature_length = 0
-[load]
-{load}
-[[afferents]]
-cells = [[0, 0]]
-{model}
-[time]
-step = {step}
-duration = {seconds}
-[output]
-traces = []
-"""
 FRAMES, SINE = "dermis, by frames", "dermis, given the sine"
 METHODS = {  # how, a colour, a marker, and the row of dermis-bench that has the cost of a step
     "forward Euler": (euler, ORANGE, "o", "integrate-and-fire"),
@@ -222,46 +186,31 @@ METHODS = {  # how, a colour, a marker, and the row of dermis-bench that has the
     FRAMES: (None, BLUE, "D", None), SINE: (None, "black", "*", None)}
 
 
-def dermis(program, model, load, step, folder):
-    """Spike times of a run."""
-    keys = {"type": "sa1", **model, "gains": [list(pair) for pair in model["gains"]]}
-    keys["after"] = []
+def dermis(program, model, amplitude, hz, step, frames):
+    """Spike times of a run. frames: whether the sine is known by frames, with straight lines between them."""
+    keys = {"type": "sa1", **model, "after": []}
     text = "\n".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
-    Path(folder, "scene.toml").write_text(SCENE.format(model=text, load=load, step=step, seconds=SECONDS))
-    subprocess.run([program, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, stdout=subprocess.DEVNULL)
-    return np.load(f"{folder}/out/spikes.npy")["time"]
-
-
-def frames(program, model, amplitude, hz, step, folder):
-    """dermis with the sine known by frames, straight lines between them."""
-    values = amplitude * np.sin(2 * np.pi * hz * step * np.arange(round(SECONDS / step) + 1))
-    np.save(f"{folder}/frames.npy", values.reshape(-1, 1, 1))
-    load = f'kind = "sequence"\npath = "frames.npy"\ninterval = {step}'
-    return dermis(program, model, load, step, folder)
-
-
-def sine(program, model, amplitude, hz, step, folder):
-    """dermis with the sine itself."""
-    load = f'radius = 1\nintensity = {amplitude}\nenvelope = "sine"\nmean = 0\nfrequency = {hz}'
-    return dermis(program, model, load, step, folder)
+    if frames:
+        values = amplitude * np.sin(2 * np.pi * hz * step * np.arange(round(SECONDS / step) + 1))
+        return fire(program, values[:, None], "", SECONDS, [(text, [0])], interval=step)[0]
+    load = f'envelope = "sine"\nmean = 0\nfrequency = {hz}'
+    return fire(program, [amplitude], load, SECONDS, [(text, [0])], step=step)[0]
 
 
 def measured(program):
     """For each case its number of spikes, and for each method the median error (s), lost and invented at each step."""
     program, found = str(Path(program).resolve()), {}
-    with tempfile.TemporaryDirectory() as folder:
-        for title, (hz, amplitude, model) in CASES.items():
-            wanted = reference(model, amplitude, hz, SECONDS)
-            within = np.diff(wanted).min() / 2
-            rows = {}
-            for method, (f, *_) in METHODS.items():
-                rows[method] = []
-                for step in STEPS:
-                    spikes = f(model, amplitude, hz, SECONDS, step) if f else (frames if method == FRAMES else sine)(
-                        program, model, amplitude, hz, step, folder)
-                    errors, lost, invented = match(spikes, wanted, within)
-                    rows[method].append((np.median(np.abs(errors)) if len(errors) else np.nan, lost, invented))
-            found[title] = len(wanted), {method: np.array(values) for method, values in rows.items()}
+    for title, (hz, amplitude, model) in CASES.items():
+        wanted = reference(model, amplitude, hz, SECONDS)
+        within = np.diff(wanted).min() / 2
+        rows = {}
+        for method, (f, *_) in METHODS.items():
+            rows[method] = []
+            for step in STEPS:
+                spikes = f(model, amplitude, hz, SECONDS, step) if f else dermis(program, model, amplitude, hz, step, method == FRAMES)
+                errors, lost, invented = match(spikes, wanted, within)
+                rows[method].append((np.median(np.abs(errors)) if len(errors) else np.nan, lost, invented))
+        found[title] = len(wanted), {method: np.array(values) for method, values in rows.items()}
     return found
 
 

@@ -3,7 +3,6 @@
 
 Other methods are dermis's own baselines, run by the command, but for a held depth, where their steps are made here.
 """
-import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import long
+import runs
 from drawing import BLUE, GREEN, METHODS, ORANGE, VERMILLION, chart, figure, logarithmic, plain, save
 
 LADDER = 10 ** (np.arange(-15, 31) / 5)  # step over retardation time
@@ -22,24 +22,18 @@ DIAGONAL = 1 - 1 / np.sqrt(2)  # of SDIRK2
 DECAYS = {  # what a step of z = step/tau leaves of s' = -s/tau
     "euler": lambda z: 1 - z, "rk4": lambda z: 1 - z + z**2 / 2 - z**3 / 6 + z**4 / 24, "backward-euler": lambda z: 1 / (1 + z),
     "crank-nicolson": lambda z: (2 - z) / (2 + z), "sdirk2": lambda z: (1 - (1 - 2 * DIAGONAL) * z) / (1 + DIAGONAL * z) ** 2}
+WEAK = 10.0 ** -np.arange(0, 13, 3)  # Pa
 GRID = "[grid]\nwidth = {}\nheight = {}\nspacing = 1e-4\n"
 FLAT = '[surface]\nkind = "flat"\nrelief = 1e-5\n'
 SPRING = "[material]\nmodulus = 1 # Pa: the strain is the pressure\nviscosity = 0\nthickness = 1e-3\ncurvature_length = 0\n"
 PROBE = '[output]\ntraces = ["strain"]\nextremes = false\nprobes = [[0, 0]]\n'
 
 
-def run(dermis, text, files=(), *more):
-    """The columns of the traces of a scene by their names, its fields, and rest."""
+def run(dermis, text, **files):
+    """The columns of the traces of a scene by their names, and its fields."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, values in dict(files).items():
-            np.save(f"{folder}/{name}.npy", values)
-        Path(folder, "scene.toml").write_text(text)
-        subprocess.run([dermis, "run", "scene.toml", "--out", "out", "--device", "cpu", *more], cwd=folder, check=True,
-                       capture_output=True)
-        with open(f"{folder}/out/traces.csv") as file:
-            names = file.readline().strip().split(",")
-            traces = dict(zip(names, np.loadtxt(file, delimiter=",", unpack=True, ndmin=2))) if names != ["time"] else {}
-        return traces, {path.stem: np.load(path) for path in Path(folder, "out").glob("*_t*.npy")}
+        out = runs.run(dermis, text, folder, "--device", "cpu", **files)
+        return runs.traces(out), {path.stem: np.load(path) for path in out.glob("*_t*.npy")}
 
 
 def ladder(dermis):
@@ -50,7 +44,7 @@ def ladder(dermis):
                 + f"[grid]\nwidth = {len(cells)}\nheight = 1\n" + '[material]\nmodulus = 1\nviscosity = "viscosity.npy"\n'
                 '[load]\nkind = "linear"\ncenter = [0, 0]\nradius = 1\n[time]\nstep = 1\nduration = 3001\n[output]\n'
                 f'traces = ["strain"]\nextremes = false\nprobes = {[[x, 0] for x in range(len(cells))]}\n')
-        traces, _ = run(dermis, text, {"viscosity": 1 / np.array([cells])})
+        traces, _ = run(dermis, text, viscosity=1 / np.array([cells]))
         strains = np.array([traces[f"strain_probe{i}"] for i in range(len(cells))])
         with np.errstate(invalid="ignore"):
             off = np.abs(strains + np.expm1(-np.outer(cells, np.arange(strains.shape[1]))))
@@ -107,7 +101,7 @@ def jump(dermis):
     for hold in ("linear", "parabolic"):
         text = (GRID.format(1, 1) + FLAT + SPRING + f'[load]\nkind = "sequence"\npath = "frames.npy"\ninterval = 1e-2\nhold = "{hold}"\n'
                 "[time]\nstep = 5e-4\nduration = 0.06\n" + PROBE)
-        traces, _ = run(dermis, text, {"frames": frames})
+        traces, _ = run(dermis, text, frames=frames)
         found[hold] = traces["time"] * 1e3, traces["strain_probe0"]
     return found
 
@@ -117,7 +111,7 @@ def spline(dermis):
     texture = np.repeat(np.tile([0.0, 1.0], 4), 8)[None, :]
     text = (GRID.format(1, 1) + FLAT + SPRING + '[load]\nradius = 1\nintensity = 1\n[load.texture]\npath = "texture.npy"\nvelocity = [-0.01, 0]\n'
             "[time]\nstep = 5e-4\nduration = 0.2\n" + PROBE)
-    traces, _ = run(dermis, text, {"texture": texture})
+    traces, _ = run(dermis, text, texture=texture)
     return traces["time"] * 100, traces["strain_probe0"]
 
 
@@ -130,16 +124,38 @@ def border(dermis):
     text = (GRID.format(n, n) + '[surface]\nkind = "file"\npath = "surface.npy"\nspacing = 1e-4\nrelief = 1.0\n'
             "[material]\nmodulus = 1e4\nviscosity = 1e2\nthickness = 1e-3\ncurvature_length = 0\n[load]\nintensity = 0\n"
             '[time]\nstep = 0.1\nduration = 0.1\n[output]\ntraces = []\nfields = [{ at = 0, what = ["curvature"] }]\n')
-    _, fields = run(dermis, text, {"surface": surface})
+    _, fields = run(dermis, text, surface=surface)
     off = np.abs(fields["curvature_t0"] + 2 * k * k * surface) / (2 * k * k * 1e-5)
     inner = np.minimum.reduce([*np.indices((n, n)), *(n - 1 - np.indices((n, n)))])
     return np.array([off[inner == i].max() for i in range(16)])
 
 
+def weak(dermis):
+    """By way the error of the stress below a weak pressure, 1.8 m beside one of 1 Pa and 2 mm deep, by that stress, at each of WEAK."""
+    n, depth, strong, place, (at, share) = 2048, 2.0, 100, 1900, np.polynomial.legendre.leggauss(24)
+    x = (np.arange(1 - n, n)[:, None] + at / 2) ** 2  # cells: of a point force over the area of each
+    below = 3 * depth**3 / (2 * np.pi * (x[:, :, None] + (at / 2) ** 2 + depth**2) ** 2.5) @ (share / 2) @ (share / 2)
+    scene = runs.scene("half_space", width=n, height=1, spacing=1e-3, kernel="stress", poisson=f"depth = {{ sa1 = {depth * 1e-3} }}")
+    at_receptor = f'sites = [["sa1", {place}, 0]]\n' + scene.split("fields")[0].replace("duration = 0.1", "duration = 0.15").replace(
+        'kind = "file"\npath = "pressure.npy"', 'kind = "sequence"\npath = "frames.npy"\ninterval = 0.1')
+    found = {way: [] for way in ("sums", "ours", "double")}
+    for pressure in WEAK:
+        map = np.zeros((1, n))
+        map[0, [strong, place]] = 1, pressure
+        transformed = np.fft.rfft(map[0], 2 * n) * np.fft.rfft(np.roll(np.append(below, 0), 1 - n))
+        with tempfile.TemporaryDirectory() as folder:
+            sums = np.load(runs.run(dermis, at_receptor, folder, frames=np.array([map] * 3)) / "responses.npy")[-1, 0]
+            ours = np.load(runs.run(dermis, scene, folder, pressure=map) / "sa1_t0.1.npy")[0, place]
+        truth = below[n - 1] * pressure + below[n - 1 + place - strong]
+        for way, value in zip(found, (sums, ours, np.fft.irfft(transformed)[place])):
+            found[way].append(abs(value / truth - 1))
+    return {way: np.array(errors) for way, errors in found.items()}
+
+
 def measured(dermis):
     dermis = str(Path(dermis).resolve())
     return {"ladder": ladder(dermis), "chain": chain(dermis), "depth": held_depth(dermis), "jump": jump(dermis),
-            "spline": spline(dermis), "border": border(dermis), "long": long.measured(dermis)}
+            "spline": spline(dermis), "border": border(dermis), "weak": weak(dermis), "long": long.measured(dermis)}
 
 
 def claims(found):
@@ -164,6 +180,9 @@ def claims(found):
             "a spline overshoots a texture's jump by 9 to 12 %": 0.09 < place.max() - 1 < 0.12 and -0.12 < place.min() < -0.09,
             "a measured surface's curvature is off by half or more at its border, by 0.1 % at most from the third cell on":
             found["border"][0] > 0.5 and found["border"][2:].max() < 1e-3,
+            "at depth FFT is off by 1e-13 and more of the stress below a load a billion times as weak as another, in double by 1e-10":
+            found["weak"]["ours"][3] > 1e-13 and found["weak"]["double"][3] > 1e-10,
+            "and direct sums, at receptors under frames, by at most 1e-14": found["weak"]["sums"].max() < 1e-14,
             "a million steps in float are off by 0.3 % and more of FA1, with compensated sums by 1e-5 at most":
             last["fa1", "f32"] > 3e-3 and last["fa1", "f32-compensated"] < 1e-5}
 
@@ -189,8 +208,8 @@ def inside(axis, *texts):
 
 
 def draw(found, picture):
-    drawn, axes = figure(4, 2, 13, "Where methods fail, ours among them, and what does not fail")
-    (explicit, ringing), (stiff, depth), (million, frames), (texture, surface) = axes
+    drawn, axes = figure(5, 2, 16, "Where methods fail, ours among them, and what does not fail")
+    (explicit, ringing), (stiff, depth), (million, frames), (texture, surface), (deep, none) = axes
     errors, courses = found["ladder"]
     colour = {method: METHODS[method][1] for method in METHODS}
     lines(explicit, LADDER, {m: errors[m] for m in ("euler", "rk2", "rk4", "backward-euler", "crank-nicolson", "exact")}, 1e4)
@@ -229,6 +248,14 @@ def draw(found, picture):
                 ylabel="error / greatest curvature")
     surface.yaxis.set_major_formatter(plain)
     surface.set_xticks(range(0, 16, 3))
+    logarithmic(deep)
+    for way, shade, words, y in (("double", ORANGE, "FFT in double (NumPy)", 0.98), ("ours", VERMILLION, "dermis, FFT in long double: maps", 0.91),
+                                 ("sums", BLUE, "dermis, direct sums: receptors under frames", 0.07)):
+        deep.plot(WEAK, np.maximum(found["weak"][way], 1e-17), "o-", color=shade)
+        inside(deep, (0.03, y, words, shade))
+    deep.set(title="A weak load beside a strong one, at a depth:\nFFT loses it", xlabel="weak / strong", ylabel="error / stress below the weak", ylim=(1e-17, 1e-2))
+    deep.invert_xaxis()
+    none.axis("off")
     save(drawn, picture)
 
 

@@ -2,17 +2,27 @@
 // Error against step and time on a stiff chain of elements, 4 ms beside 1.4 s, under a load that is held and under a
 // smooth one that is known by frames.
 #include "bench/bench.hpp"
-#include "bench/cvode.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
+#include <type_traits>
 
 #include <unistd.h>
 
-#include <fmt/format.h>
+#ifdef DERMIS_BENCH_CVODE
+#include <cvode/cvode.h>
+#include <cvode/cvode_diag.h>
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_version.h>
+
+#ifndef SUN_COMM_NULL // before version 7 "no communicator" is a null pointer
+#define SUN_COMM_NULL nullptr
+#endif
+#endif
 
 namespace bench {
 
@@ -92,24 +102,20 @@ std::array<double, 6> errors_of(const std::vector<double>& responses, double int
     return errors;
 }
 
-// A row without its time, and the work that measures it.
-struct Contender {
-    Measurement row;
-    std::function<double()> seconds; // empty: not installed
-};
+Measurement row(const Bench& bench, const char* model, double frequency, long long steps) {
+    Measurement r = row_of(bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1), model, "f64", steps);
+    r.method = r.stencil = "";
+    r.receptors = 2 * cells;
+    return r;
+}
 
 // One thread takes all cells, as the peers do.
 Contender of_scene(const Bench& bench, const char* model, Scene s, double frequency) {
     const Device cpu = Device::cpu(1);
     const double step = s.time.step;
-    Measurement r = bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1);
-    r.model = model;
-    r.precision = "f64";
+    Measurement r = row(bench, model, frequency, std::llround(end / step));
     r.method = name(s.method);
-    r.stencil = "";
     r.dt_over_tau = step / fastest;
-    r.steps = std::llround(end / step);
-    r.receptors = 2 * cells;
     try {
         r.errors = errors_of(run(s, cpu).responses, step, frequency);
     } catch (const Error&) { // refused as unstable: its error is charted all the same
@@ -155,9 +161,145 @@ Contender of_parabolas(const Bench& bench, double interval) {
     s.load.interval = interval;
     s.load.hold = Hold::parabolic;
     Contender c = of_scene(bench, "frames-parabolic", s, smooth_frequency);
-    c.seconds = [file, seconds = c.seconds] { return seconds(); };
+    c.work = [file, work = c.work] { return work(); };
     return c;
 }
+
+// The cells of a skin at rest that bears a pressure from time 0 on. All elements of all cells are one system of
+// ordinary differential equations.
+struct CreepProblem {
+    std::vector<KelvinVoigt> chain;
+    std::vector<double> pressure; // Pa, of each cell
+    double frequency = 0;         // Hz: the pressure is multiplied by 1 + sin(2*pi*frequency*t)
+    double interval = 0;          // s, between outputs
+    int outputs = 0;              // without the one at time 0
+};
+
+struct CvodeRun {
+    long long steps = 0;           // its own
+    double seconds = 0;            // of stepping and outputs, without what is made before
+    std::vector<double> responses; // [output, that at 0 included][strain and rate of each cell]
+};
+
+#ifdef DERMIS_BENCH_CVODE
+
+void check(int status, const char* call) {
+    if (status < 0) throw std::runtime_error(std::string(call) + " failed: " + std::to_string(status));
+}
+
+template <class Object> Object* made(Object* object, const char* call) {
+    if (!object) throw std::runtime_error(std::string(call) + " failed");
+    return object;
+}
+
+// The rate of each element, (sigma - E*eps)/eta; the elements of one place in the chain lie side by side.
+int rates(sunrealtype time, N_Vector strain, N_Vector rate, void* user_data) {
+    const CreepProblem& problem = *static_cast<const CreepProblem*>(user_data);
+    const size_t cells = problem.pressure.size();
+    const double *eps = N_VGetArrayPointer(strain), *sigma = problem.pressure.data();
+    double* to = N_VGetArrayPointer(rate);
+    const double times = 1 + std::sin(2 * std::numbers::pi * problem.frequency * time);
+    for (const KelvinVoigt& e : problem.chain) {
+        const double E = e.modulus, fluidity = 1 / e.viscosity;
+        for (size_t i = 0; i < cells; ++i) to[i] = (sigma[i] * times - E * eps[i]) * fluidity;
+        eps += cells;
+        to += cells;
+    }
+    return 0;
+}
+
+// CVODE on one problem. Vectors and memory belong to the context, which is made first and freed last.
+class Solver {
+  public:
+    Solver(CreepProblem& problem, double tolerance) : problem_(problem) {
+        check(SUNContext_Create(SUN_COMM_NULL, &context_), "SUNContext_Create");
+        const auto unknowns = sunindextype(problem.chain.size() * problem.pressure.size());
+        strain_.reset(made(N_VNew_Serial(unknowns, context_), "N_VNew_Serial"));
+        output_.reset(made(N_VClone(strain_.get()), "N_VClone"));
+        N_VConst(0, strain_.get());
+        memory_ = made(CVodeCreate(CV_BDF, context_), "CVodeCreate");
+        check(CVodeInit(memory_, rates, 0, strain_.get()), "CVodeInit");
+        check(CVodeSStolerances(memory_, tolerance, tolerance * scale()), "CVodeSStolerances");
+        check(CVodeSetUserData(memory_, &problem), "CVodeSetUserData");
+        check(CVodeSetMaxNumSteps(memory_, 1000000), "CVodeSetMaxNumSteps");
+        check(CVDiag(memory_), "CVDiag"); // the Jacobian is diagonal
+    }
+    ~Solver() {
+        CVodeFree(&memory_);
+        output_.reset();
+        strain_.reset();
+        SUNContext_Free(&context_);
+    }
+    Solver(const Solver&) = delete;
+    Solver& operator=(const Solver&) = delete;
+
+    CvodeRun run() {
+        const size_t columns = 2 * problem_.pressure.size();
+        CvodeRun result;
+        result.responses.assign(size_t(problem_.outputs + 1) * columns, 0);
+        const double start = now();
+        sunrealtype reached = 0;
+        for (int n = 1; n <= problem_.outputs;) {
+            check(CVode(memory_, problem_.outputs * problem_.interval, strain_.get(), &reached, CV_ONE_STEP), "CVode");
+            for (; n <= problem_.outputs && n * problem_.interval <= reached; ++n)
+                put(n * problem_.interval, result.responses.data() + size_t(n) * columns);
+        }
+        result.seconds = now() - start;
+        long steps = 0;
+        check(CVodeGetNumSteps(memory_, &steps), "CVodeGetNumSteps");
+        result.steps = steps;
+        return result;
+    }
+
+  private:
+    struct Destroyed {
+        void operator()(N_Vector v) const { N_VDestroy(v); }
+    };
+    using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Destroyed>;
+
+    // The final strain of the stiffest element under the greatest pressure: strains below it count as small.
+    double scale() const {
+        double stiffest = 0;
+        for (const KelvinVoigt& e : problem_.chain) stiffest = std::max(stiffest, e.modulus);
+        return *std::max_element(problem_.pressure.begin(), problem_.pressure.end()) / stiffest;
+    }
+
+    // Puts strain and rate of each cell at a time within the last step: the polynomial of the step and its derivative.
+    void put(double time, double* to) {
+        for (int derivative = 0; derivative < 2; ++derivative) {
+            check(CVodeGetDky(memory_, time, derivative, output_.get()), "CVodeGetDky");
+            add_elements(output_.get(), to + derivative);
+        }
+    }
+
+    void add_elements(N_Vector vector, double* to) const {
+        const size_t cells = problem_.pressure.size();
+        const double* of = N_VGetArrayPointer(vector);
+        for (size_t k = 0; k < problem_.chain.size(); ++k, of += cells)
+            for (size_t i = 0; i < cells; ++i) to[2 * i] += of[i];
+    }
+
+    CreepProblem& problem_;
+    SUNContext context_ = nullptr;
+    Vector strain_, output_;
+    void* memory_ = nullptr;
+};
+
+// Runs the problem by backward differentiation formulas of order 1 to 5 with a relative tolerance.
+std::optional<CvodeRun> cvode(CreepProblem problem, double tolerance) { return Solver(problem, tolerance).run(); }
+
+std::string cvode_version() {
+    char text[32] = "";
+    SUNDIALSGetVersion(text, sizeof text);
+    return text;
+}
+
+#else
+
+std::optional<CvodeRun> cvode(const CreepProblem&, double) { return {}; }
+std::string cvode_version() { return ""; }
+
+#endif
 
 Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
     const CreepProblem problem{.chain = chain(),
@@ -165,14 +307,10 @@ Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
                                .frequency = frequency,
                                .interval = peer_interval,
                                .outputs = int(std::lround(end / peer_interval))};
-    Measurement r = bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1);
+    Measurement r = row(bench, "bdf", frequency, 0);
     r.backend = r.driver = "cvode";
     r.driver_version = cvode_version();
     r.exact = false;
-    r.model = "bdf";
-    r.precision = "f64";
-    r.method = r.stencil = "";
-    r.receptors = 2 * cells;
     const std::optional<CvodeRun> first = cvode(problem, tolerance);
     if (!first) {
         r.status = not_installed;
@@ -189,23 +327,13 @@ Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
 void add_solvers(const Bench& bench, double frequency, std::vector<Contender>& all) {
     for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
         all.push_back(of_cvode(bench, tolerance, frequency));
-        if (!all.back().seconds) break; // one row says so
+        if (!all.back().work) break; // one row says so
     }
-    for (const Peers::Peer& peer : bench.peers->prepare(fmt::format("creep {}", frequency))) {
-        Measurement r = bench.of_peer(peer, frequency > 0 ? "smooth" : "stiff", width);
-        r.model = "lsoda";
-        r.precision = "f64";
-        r.stencil = "";
-        r.receptors = 2 * cells;
-        if (peer.method.empty()) {
-            all.push_back({r, {}});
-            continue;
-        }
-        r.steps = peer.steps; // evaluations of the rates: LSODA does not count its steps here
-        r.errors[size_t(Quantity::strain)] = peer.errors.at(0);
-        r.errors[size_t(Quantity::fa1)] = peer.errors.at(1);
-        all.push_back({r, [&bench, peer] { return bench.peers->seconds(peer, 1); }});
-    }
+    // Its steps are evaluations of the rates: LSODA does not count its steps here.
+    const std::vector<size_t> errors = {size_t(Quantity::strain), size_t(Quantity::fa1)};
+    for (Contender& c :
+         bench.of_peers(fmt::format("creep {}", frequency), row(bench, "lsoda", frequency, 0), 1, errors))
+        all.push_back(std::move(c));
 }
 
 std::vector<Contender> held_load(const Bench& bench) {
@@ -228,24 +356,11 @@ std::vector<Contender> smooth_load(const Bench& bench) {
     return all;
 }
 
-// Times all contenders in turn.
-void measure(Bench& bench, std::vector<Contender> contenders) {
-    std::vector<std::function<double()>> work;
-    for (const Contender& c : contenders)
-        if (c.seconds) work.push_back(c.seconds);
-    const std::vector<Timing> timings = bench.paired(work, bench.runs);
-    auto timing = timings.begin();
-    for (Contender& c : contenders) {
-        if (c.seconds) c.row.wall = *timing++;
-        bench.add(c.row);
-    }
-}
-
 } // namespace
 
 void stiff(Bench& bench) {
-    measure(bench, held_load(bench));
-    measure(bench, smooth_load(bench));
+    bench.measure(held_load(bench), bench.runs);
+    bench.measure(smooth_load(bench), bench.runs);
 }
 
 } // namespace bench

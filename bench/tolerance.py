@@ -5,7 +5,6 @@
 
 Errors are measured against closed forms in long double, as Scene::tolerance defines them.
 """
-import csv
 import json
 import subprocess
 import tempfile
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from drawing import BLUE, GREEN, GREY, VERMILLION, chart, figure, logarithmic, save
+from runs import table
 
 LONG = np.longdouble
 SIZE, STEP, ROWS = 192, 0.0625, 100  # cells; s
@@ -95,8 +95,7 @@ def scene_text(materials, knots, gains, asked, tolerance):
 
 
 def error_of(folder, truth):
-    with open(folder / "traces.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = table(folder / "traces.csv")
     return max(abs(LONG(row[f"{q}_{of}"]) - value) / largest for q, (exact, largest) in truth.items()
                for row, three in zip(rows, exact) for of, value in zip(("mean", "min", "max"), three))
 

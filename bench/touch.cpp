@@ -3,6 +3,9 @@
 #include "dermis/touch.hpp"
 #include "bench/skins.hpp"
 
+#include <algorithm>
+#include <stdexcept>
+
 namespace bench {
 
 using namespace dermis;
@@ -46,37 +49,27 @@ class Contacts {
 void add_ways(Bench& bench, const char* kind, int side, int pads, int threads,
               const std::vector<std::pair<const char*, std::function<void()>>>& ways) {
     const int presses = bench.quick ? 5 : 40;
-    std::vector<std::function<double()>> work;
-    for (const auto& way : ways)
-        work.push_back([&way, presses] {
+    std::vector<Contender> all;
+    for (const auto& [model, way] : ways) {
+        Contender& c = all.emplace_back(Contender{row_of(bench.cpu(kind, side, threads), model, "f32", presses), {}});
+        c.row.method = fmt::format("exact-{}x{}x{}", side, side, pads);
+        c.row.height = static_cast<long long>(side) * pads;
+        c.row.bytes_per_cell = 48;
+        if (all.size() > 1) c.ratio_to = ways[0].first;
+        c.work = [&way = way, presses] {
             return seconds_of([&] {
-                for (int i = 0; i < presses; ++i) way.second();
+                for (int i = 0; i < presses; ++i) way();
             });
-        });
-    const std::vector<Timing> timings = bench.paired(work, bench.runs);
-    for (size_t i = 0; i < ways.size(); ++i) {
-        Measurement r = bench.cpu(kind, 0, threads);
-        r.model = ways[i].first;
-        r.method = shape_of(rectangle(side, side), pads);
-        r.precision = "f32";
-        r.width = side;
-        r.height = static_cast<long long>(side) * pads;
-        r.steps = presses;
-        r.bytes_per_cell = 48;
-        r.wall = timings[i];
-        if (i > 0) r.relative_to(ways[0].first, timings[0], r.bytes());
-        bench.add(r);
+        };
     }
+    bench.measure(std::move(all), bench.runs);
 }
 
 // every: one pad of so many is touched.
-void add_touched(Bench& bench, int pads, int every, int threads) {
+void add_touched(Bench& bench, int pads, int every, const Device& device) {
     Contacts contacts(pads, every);
     contacts.add();
-    SkinOptions options;
-    options.precision = Precision::f32;
-    options.count = pads;
-    const Device device = Device::cpu(threads);
+    SkinOptions options = in_f32(pads);
     Skin listed(device, rectangle(side, side), options), all(device, rectangle(side, side), options);
     options.shear = true;
     Skin sheared(device, rectangle(side, side), options);
@@ -90,8 +83,9 @@ void add_touched(Bench& bench, int pads, int every, int threads) {
     const auto shear = [&] { sheared.press(contacts.touch(), press_dt); };
     for (int i = 0; i < 3; ++i) press_listed(), press_all(), shear();
     for (Quantity q : {Quantity::sa1, Quantity::fa1})
-        if (!same(all.response(q), sheared.response(q))) throw std::runtime_error("a touch has other bits");
-    add_ways(bench, "touch", side, pads, threads,
+        if (!std::ranges::equal(all.response(q), sheared.response(q)))
+            throw std::runtime_error("a touch has other bits");
+    add_ways(bench, "touch", side, pads, device.impl().backend->threads(),
              {{"press-listed", press_listed},
               {"touch-add", [&] { contacts.add(); }},
               {"press-all", press_all},
@@ -154,13 +148,9 @@ void add_bodies(Bench& bench, int pads, int every) {
     using Kind = contact::Body::Kind;
     Bodies ball(Kind::sphere, {15e-3}, pads, every), bottle(Kind::cylinder, {15e-3, 0.04}, pads, every),
         box(Kind::box, {8e-3, 0.02, 15e-3}, pads, every);
-    SkinOptions options;
-    options.precision = Precision::f32;
-    options.count = pads;
+    SkinOptions options = in_f32(pads);
     options.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    auto description = rectangle(Bodies::side, Bodies::side);
-    description.grid.spacing = Bodies::spacing;
-    Skin skin(Device::cpu(1), description, options);
+    Skin skin(Device::cpu(1), rectangle(Bodies::side, Bodies::side, Bodies::spacing), options);
     for (Bodies* each : {&ball, &bottle, &box}) each->add(), skin.press(each->touch(), press_dt);
     add_ways(bench, every == 1 ? "bodies" : "few-bodies", Bodies::side, pads, 1,
              {{"touch-press", [&] { skin.press(ball.touch(), press_dt); }},
@@ -174,10 +164,9 @@ void add_bodies(Bench& bench, int pads, int every) {
 void touch(Bench& bench) {
     add_bodies(bench, bench.quick ? 400 : 4096, 1);
     add_bodies(bench, bench.quick ? 400 : 4096, bench.quick ? 10 : 102);
-    for (const int threads : {1, bench.cores}) {
-        add_touched(bench, bench.quick ? 400 : 4096, bench.quick ? 10 : 102, threads);
-        add_touched(bench, bench.quick ? 32 : 320, 1, threads);
-        if (bench.cores == 1) break;
+    for (const Device& device : bench.cpus()) {
+        add_touched(bench, bench.quick ? 400 : 4096, bench.quick ? 10 : 102, device);
+        add_touched(bench, bench.quick ? 32 : 320, 1, device);
     }
 }
 

@@ -7,7 +7,6 @@ Random textures slide over skin with straight ridges across the slide, along it,
 receptor lies 2 mm below the middle. Prints the frequency of its greatest power, which their sensor had at v/lambda
 (speed over ridge period), and its power near v/lambda over that of the flanks. --quick: two textures, one speed, no picture.
 """
-import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from drawing import BLUE, GREY, VERMILLION, key, plt, save
+from runs import run, scene
 
 WIDTH, HEIGHT, SPACING = 240, 120, 5e-5  # cells, m
 RIDGES = 100  # ridge periods after which a texture repeats itself: lines of the spectrum are 1 % of v/lambda apart
@@ -25,39 +25,6 @@ TEXTURES = range(1, 7)  # seeds
 SPEEDS, SPEED = (0.02, 0.05, 0.1, 0.15, 0.2), 0.1  # m/s
 PERIODS, PERIOD = (300, 400, 460, 500, 600), 460  # um from ridge to ridge
 WAYS = ("across", "along", "even")
-SKIN = f"""
-preset = "fingertip"
-[grid]
-width = {WIDTH}
-height = {HEIGHT}
-spacing = {SPACING}
-[surface]
-kind = "file"
-path = "ridges.npy"
-"""
-SLIDE = """
-[material]
-curvature_length = 0 # what is seen comes from contact and depth alone
-[load]
-kind = "file"
-path = "dome.npy"
-{contact}
-[load.texture]
-path = "texture.npy"
-velocity = [{speed}, 0]
-[time]
-step = {step}
-duration = {duration}
-[receptors]
-depth = {{ fa2 = 2e-3 }}
-kernel = {{ fa2 = "{kernel}" }}
-[sites]
-path = "sites.csv"
-[output]
-traces = []
-"""
-
-
 def texture(seed, height, width):
     """Random numbers, smoothed by a Gaussian of 1.2 numbers; they repeat themselves, and have mean 1 and rms 0.3."""
     y, x = np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)
@@ -73,26 +40,20 @@ def dome():
     return 1e4 * np.sqrt(np.clip(1 - (x * 1.2) ** 2 - (y[:, None] * 1.2) ** 2, 0, None))
 
 
-def run(dermis, folder, text):
-    Path(folder, "scene.toml").write_text(text)
-    subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, stdout=subprocess.DEVNULL)
-
-
 def power(dermis, way, period, speed, seed):
     """The power of FA2 at each line of its spectrum. Line n lies at n/RIDGES of v/lambda. way: of WAYS, or displacement:
     across, where FA2 answers to the displacement in place of the stress."""
     step = period * 1e-6 / speed / SAMPLES
     with tempfile.TemporaryDirectory() as folder:
         place = (np.arange(WIDTH) if way in ("across", "displacement") else np.arange(HEIGHT)[:, None]) * SPACING * 1e6 / period
-        np.save(f"{folder}/ridges.npy", np.cos(2 * np.pi * place) * np.ones((HEIGHT, WIDTH)))
-        np.save(f"{folder}/texture.npy", texture(seed, HEIGHT, round(RIDGES * period * 1e-6 / SPACING)))
-        np.save(f"{folder}/dome.npy", dome())
         Path(folder, "sites.csv").write_text(f"type,x,y\nfa2,{WIDTH // 2},{HEIGHT // 2}\n")
         contact = "" if way == "even" else f'contact = "crests"\ncontact_length = {period * 1e-6}'
         kernel = way if way == "displacement" else "stress"
-        run(dermis, folder, SKIN + SLIDE.format(contact=contact, kernel=kernel, speed=speed, step=step,
-                                                duration=(WAIT + RIDGES) * SAMPLES * step))
-        fa2 = np.load(f"{folder}/out/responses.npy")[:, 0]
+        text = scene("ridges", width=WIDTH, height=HEIGHT, spacing=SPACING, contact=contact, kernel=kernel, speed=speed, step=step,
+                     duration=(WAIT + RIDGES) * SAMPLES * step)
+        out = run(dermis, text, folder, ridges=np.cos(2 * np.pi * place) * np.ones((HEIGHT, WIDTH)),
+                  texture=texture(seed, HEIGHT, round(RIDGES * period * 1e-6 / SPACING)), dome=dome())
+        fa2 = np.load(out / "responses.npy")[:, 0]
     return np.abs(np.fft.rfft(fa2[WAIT * SAMPLES:])) ** 2  # of one whole period: no line leaks into another
 
 
@@ -163,6 +124,7 @@ def draw(found, picture):
 
 
 def main(dermis, picture, quick=""):
+    dermis = str(Path(dermis).resolve())
     if quick == "--quick":
         for name, value in measure(dermis).items():
             print(f"{name}: {value:.4g}")

@@ -37,13 +37,14 @@ import numpy as np
 from scipy.optimize import differential_evolution, least_squares
 from scipy.special import ndtr, ndtri
 
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+from runs import fitted
+
 RADIUS = 0.5e-3  # m, of the probe
 POISSON = 0.4
 STEP = 50e-6  # s, the longest step
-HERE = pathlib.Path(__file__).parent
 SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
-PAIRS = ((10.0, 50.0), (10.0, 100.0), (50.0, 250.0), (50.0, 500.0), (100.0, 1000.0))  # Hz, of two sines at once
-BANDS = ((10.0, 25.0), (5.0, 100.0), (25.0, 250.0), (25.0, 500.0), (50.0, 500.0))  # Hz, of the noise
 MODULUS = 5e4  # Pa, under a sphere whose force is known, as in TouchSim
 FORCES = (0.0981, 0.1471, 0.1961)  # N, of the spheres: 10, 15 and 20 gf
 FIELD_PROBE = 0.25e-3  # m, the radius of the probe of the receptive fields
@@ -214,8 +215,6 @@ def load(folder, model):
     data["threshold"] = data["threshold"][np.argsort(data["threshold"][:, 0])]
     data["sine"] = read(folder / "ob_sine_vibro_firing_rate.txt", SINES, model.group, scale)
     data["fraction"] = read(folder / "ob_sine_vibro_prob.txt", SINES, model.group, 1.0)
-    data["pair"] = read(folder / "ob_di_vibro_firing_rate.txt", range(5), model.group, scale)
-    data["noise"] = read(folder / "ob_noise_vibro_firing_rate.txt", range(5), model.group, scale)
     parts = blocks(folder / "fring_diff_cav.txt")
     data["spheres"] = np.array([(n, max(k, 0.0), y) for n, p in zip(FORCES, parts) for k, y in p])  # N, 1/m, Hz
     areas = blocks(folder / "observed_rF_size.txt")
@@ -272,22 +271,13 @@ def fit(model, data, quick):
     effort = {"popsize": 4, "maxiter": 3} if quick else {"popsize": 12, "maxiter": 120}
     search = differential_evolution(cost, model.bounds, seed=1, tol=1e-5, polish=False, **effort)
     inside = np.clip(search.x, *(model.bounds.T + [[1e-9], [-1e-9]]))
-    return least_squares(
-        lambda x: residuals(model, x, data),
-        inside,
-        lambda x: jacobian(model, x, data),
-        bounds=model.bounds.T,
-        xtol=1e-6,
-        ftol=1e-6,
-        max_nfev=3 if quick else 40,
-    ).x
+    return least_squares(lambda x: residuals(model, x, data), inside, lambda x: jacobian(model, x, data), bounds=model.bounds.T,
+                         xtol=1e-6, ftol=1e-6, max_nfev=3 if quick else 40).x
 
 
 def stored(model):
     """The parameters in the afferents.csv beside this file, as fit() has them."""
-    with open(HERE / "afferents.csv", newline="") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        found = {row["parameter"]: float(row["value"]) for row in rows if row["class"] == model.name.lower()}
+    found = fitted(model.name.lower())
     positive, negative = (found[f"gains[{model.order}][{k}]"] for k in (0, 1))
     found |= {"gain_positive": positive, NEGATIVE: negative / positive}
     found |= {f"time_constant_{j + 1}": found.get(f"time_constants[{j}]") for j in (0, 1)}
@@ -323,58 +313,14 @@ def uncertainty(model, x, data):
     return error, {n: "; ".join(t) for n, t in note.items()}
 
 
-def r2(predicted, observed):
-    return 1 - ((predicted - observed) ** 2).sum() / ((observed - observed.mean()) ** 2).sum()
-
-
 def rms(x):
     return np.sqrt(np.mean(np.square(x)))
-
-
-def pair_rates(model, v, data, ratio):
-    """Rates for two sines of the amplitudes a and ratio(low, high)*a, both 0 at the start.
-
-    The files have one amplitude for both sines; the code they belong to takes the ratio as 1.
-    """
-    out, step = [], STEP / 2
-    t = np.arange(int(round(1 / step))) * step
-    for s, a, _ in data:
-        low, high = PAIRS[int(s)]
-        parts = ((1.0, low), (ratio(low, high), high))
-        drive = sum(c * np.imag(model.transfer(v, f) * np.exp(2j * np.pi * f * t)) for c, f in parts)
-        out.append(mean_rate(v, rectified(v, drive), step, a, 1.0))
-    return np.array(out)
-
-
-def noise_rates(model, v, data):
-    """Rates for Gaussian noise with a flat spectrum within the band, whose root mean square is the amplitude."""
-    out, n = [], int(round(1 / STEP))
-    f = np.fft.rfftfreq(n, STEP)
-    h = model.transfer(v, f)
-    rng = np.random.default_rng(1)
-    for s, a, _ in data:
-        low, high = BANDS[int(s)]
-        spectrum = np.where((f >= low) & (f <= high), rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)), 0)
-        spectrum /= rms(np.fft.irfft(spectrum, n))
-        out.append(mean_rate(v, rectified(v, np.fft.irfft(spectrum * h, n)), STEP, a, 1.0))
-    return np.array(out)
 
 
 def fractions(model, v, data, step=STEP):
     """The share of afferents that fire."""
     least = dict(zip(SINES, thresholds(model, v, SINES, step)))
     return np.array([ndtr(np.log(a / least[f]) / v["spread"]) for f, a, _ in data])
-
-
-def entrained(model, v, f):
-    """The range of amplitudes (m) in which a median afferent fires one spike per cycle, and its threshold (m)."""
-    wave, step = sine_current(model, v, f, STEP / 4)
-    cycles, least = 200, 1 / peak(wave, step, v["membrane_time"])
-    times = v["membrane_time"], v["refractory_time"]
-    amplitudes = least * np.geomspace(1, 1000, 2000)
-    spikes = np.array([count(wave, a, step, *times, len(wave) * cycles) for a in amplitudes])
-    one = amplitudes[np.abs(spikes - cycles) <= 1]
-    return (one.min(), one.max(), least) if len(one) else (np.nan, np.nan, least)
 
 
 def reach(model, v, depths, gain):
@@ -428,46 +374,6 @@ def fit_endings(model, v, data, gain):
             ("field_gain", gain, "1", None, "set")]
 
 
-def report(model, x, data):
-    v = model.values(x)
-    db, share, hz = errors(model, x, data)
-    observed = data["sine"][:, 2]
-    if "value" in v:
-        held = data["spheres"][:, 2]
-        print(f"{model.name}: spheres R2 {r2(sphere_rates(model, v, data['spheres']), held):.3f}")
-    print(f"{model.name}: rates R2 {r2(hz + observed, observed):.3f}, rms {rms(hz):.2f} Hz")
-    chosen = {f: data["sine"][:, 0] == f for f in SINES}
-    print("  rms by frequency (Hz): " + ", ".join(f"{f:.0f}: {rms(hz[c]):.2f}" for f, c in chosen.items()))
-    half = errors(model, x, data, step=STEP / 2)
-    print(f"  rms of the changes at half the step: {rms(half[2] - hz):.3f} Hz and {rms(half[0] - db):.4f} dB")
-    p = data["fraction"][:, 2]
-    print(f"  shares of afferents that fire: R2 {r2(share + p, p):.3f}, rms {rms(share):.3f}")
-    print(f"  thresholds: rms {rms(db):.2f} dB; errors by frequency " + " ".join(f"{e:.1f}" for e in db))
-    readings = {"equal amplitudes": lambda low, high: 1.0, "equal peak velocities": lambda low, high: low / high}
-    for label, ratio in readings.items():
-        y, z = pair_rates(model, v, data["pair"], ratio), data["pair"][:, 2]
-        print(f"  held out, two sines, {label}: R2 {r2(y, z):.3f}, rms {rms(y - z):.2f} Hz; first two pairs alone: "
-              f"R2 {r2(y[:10], z[:10]):.3f}, rms {rms((y - z)[:10]):.2f} Hz")
-    y, z = noise_rates(model, v, data["noise"]), data["noise"][:, 2]
-    print(f"  held out, noise: R2 {r2(y, z):.3f}, rms {rms(y - z):.2f} Hz, mean {np.mean(y - z):.2f} Hz")
-    for f in (40.0, 200.0):
-        low, high, least = (a * 1e6 for a in entrained(model, v, f))
-        print(f"  one spike per cycle at {f:.0f} Hz: {low:.4g} to {high:.4g} um; threshold {least:.4g} um")
-
-
-HEADER = """\
-# Parameters of afferents, fitted by bench/evidence/fit_afferents.py to points that Data/txtdata of
-# github.com/ouyangqq/model_tactile_pop_response (commit e9c3672), the code of Ouyang et al. 2021, has digitized: rates
-# and shares of afferents that fire of Muniak et al. 2007, and thresholds after recordings such as those of Freeman and
-# Johnson 1982. Input: the strain below a flat cylinder of 1 mm diameter, at 0.3 mm (sa1), 0.5 mm (ra) and 2 mm (pc).
-# The values are those of the median afferent; no standard error: not fitted, or at a bound. spread: of the natural
-# logarithm of the gains among afferents. threshold_gain: the factor by which the afferents of the thresholds are more
-# sensitive than the median afferent. SA1 is fitted to 21 rates under spheres too (spheres.csv); finger_curvature adds to
-# the sphere's. endings, radius: an afferent's number of endings and the disc around its middle in which they lie, fitted
-# to fields.csv with the gain times field_gain.
-"""
-
-
 def table(model, x, data):
     """The rows of the file for a class: the members of AfferentModel, then what describes the population."""
     v = model.values(x)
@@ -506,10 +412,9 @@ def main(folder, out, only, quick):
             spread = f"{error:.2g}" if error else ""
             print(f"{model.name:4} {name:18} {value:9.4g} {unit:3} {spread and '+- ' + spread:12} {note}")
             lines.append((model.name.lower(), name, f"{value:.4g}", unit, spread, note))
-        report(model, x, data)
         print(f"  {time.time() - start:.0f} s since the start", flush=True)
     with open(pathlib.Path(out) / "afferents.csv", "w", newline="") as file:
-        file.write(HEADER)
+        file.writelines(line for line in (HERE / "afferents.csv").open() if line.startswith("#"))
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("class", "parameter", "value", "unit", "standard_error", "note"))
         writer.writerows(lines)

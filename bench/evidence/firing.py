@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The rows of the page EVIDENCE.md whose numbers are of spikes, which the command dermis computes: see evidence.py."""
-import csv
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from statistics import NormalDist
 
 import matplotlib.pyplot as plt
@@ -11,63 +9,20 @@ import numpy as np
 
 import touchsim
 from drawing import BLUE, GREEN, GREY, VERMILLION
-from evidence_row import Row, data, fire, run, save
+from rows import CLASSES, DEPTHS, Row, data, fitted, preset, r2, save
+from runs import afferents_of, fire, run, scene
 
-CLASSES = {"sa1": "sa1", "ra": "fa1", "pc": "fa2"}  # of the data, and what dermis calls them
-DEPTHS = {"sa1": 0.3e-3, "ra": 0.5e-3, "pc": 2e-3}  # m, those of the fit
 RADIUS = 0.5e-3  # m, of the probe
 WAIT = 0.2  # s after which a response to a sine is periodic
 # The logarithms of the gains of seven afferents, of equal weight, over the spread, as in fit_afferents.py.
 NODES = np.array([NormalDist().inv_cdf((i + 0.5) / 7) for i in range(7)])
 NODES /= NODES.std()
-PRESS = """
-[grid]
-width = {width}
-height = {height}
-spacing = 1e-4
-[surface]
-kind = "flat"
-relief = 1e-5
-[material]
-modulus = 5e4 # Pa, of TouchSim
-viscosity = 0
-thickness = 1e-3
-curvature_length = 0
-[load]
-kind = "file"
-path = "pressure.npy"
-{load}
-[receptors.depth]
-sa1 = 0.3e-3
-fa1 = 0.5e-3
-fa2 = 2e-3
-[sites]
-{sites}
-{afferents}
-[time]
-step = 1e-3
-duration = {duration}
-[output]
-traces = []
-"""
-
-
-def fitted():
-    """The numbers of afferents.csv for each class."""
-    found = {kind: {} for kind in CLASSES}
-    for row in data("afferents.csv"):
-        found[row["class"]][row["parameter"]] = float(row["value"])
-    return found
 
 
 def gains(kind, factor):
     """The gains of a class times a factor, as a key of [[afferents]]."""
-    values = fitted()[kind]
+    values = fitted(kind)
     return f"gains = {[[factor * values.get(f'gains[{j}][{k}]', 0.0) for k in (0, 1)] for j in (0, 1)]}"
-
-
-def preset(kind, sensitivity="median"):
-    return f'type = "{CLASSES[kind]}"\nsensitivity = "{sensitivity}"\nspread = 0'
 
 
 def strains(kind, um):
@@ -90,12 +45,8 @@ def side_by_side(function, arguments):
 
 def mean_rates(dermis, kind, hz, um):
     """Mean rates (Hz) of seven afferents. The current is proportional to q: an afferent's gain scales the amplitude."""
-    factors = np.exp(fitted()[kind]["spread"] * NODES)
+    factors = np.exp(fitted(kind)["spread"] * NODES)
     return sine_spikes(dermis, kind, hz, np.outer(um, factors).ravel(), 1.0).reshape(-1, len(NODES)).mean(1)
-
-
-def r2(ours, published):
-    return float(1 - ((ours - published)**2).sum() / ((published - published.mean())**2).sum())
 
 
 def rates_row(dermis, folder):
@@ -117,10 +68,7 @@ def rates_row(dermis, folder):
         texts.append(f"{kind.upper()} {numbers[f'rates_{kind}_rms']:.1f} Hz rms")
     axes[0].legend(fontsize=8, frameon=False)
     save(figure, folder / "evidence_rates.png")
-    return Row("; ".join(texts),
-               "Up to nine numbers of each class are fitted to these 75 points, to thresholds and to shares of afferents "
-               "that fire, those of SA1 to spheres too ([afferents.csv](#data)). A rate is the mean over seven "
-               "afferents with the fitted spread of gains", numbers, "evidence_rates.png")
+    return Row(numbers, "evidence_rates.png", {"texts": "; ".join(texts)})
 
 
 def held_out(dermis, stimulus, times, waves):
@@ -129,7 +77,7 @@ def held_out(dermis, stimulus, times, waves):
     numbers = {}
     for kind in CLASSES:
         rows = [row for row in data("heldout.csv") if (row["class"], row["stimulus"]) == (kind, stimulus)]
-        factors, found = np.exp(fitted()[kind]["spread"] * NODES), []
+        factors, found = np.exp(fitted(kind)["spread"] * NODES), []
         for low, high in dict.fromkeys((float(row["low"]), float(row["high"])) for row in rows):
             um = [float(row["um"]) for row in rows if float(row["low"]) == low and float(row["high"]) == high]
             cells = strains(kind, np.outer(um, factors).ravel())
@@ -149,16 +97,12 @@ def noise_row(dermis, folder):
         wave = np.fft.irfft(spectrum, count)
         return np.append(wave, wave[:4001]) / np.sqrt((wave**2).mean())
 
-    numbers = held_out(dermis, "noise", np.arange(count + 4001) * step, noise)
-    return Row("no number is fitted to them", "Noise of even power within a band, its rms the amplitude in the figure; the "
-               "phases are drawn. The bands are not named in the file", numbers)
+    return Row(held_out(dermis, "noise", np.arange(count + 4001) * step, noise))
 
 
 def pairs_row(dermis, folder):
     times = np.arange(40001) * 2.5e-5
-    numbers = held_out(dermis, "pair", times, lambda low, high: np.sin(2 * np.pi * low * times) + np.sin(2 * np.pi * high * times))
-    return Row("no number is fitted to them", "Both sines have the amplitude in the figure, which names one. If the pairs "
-               "have equal velocities in place of equal amplitudes, PC is closer and SA1 further off", numbers)
+    return Row(held_out(dermis, "pair", times, lambda low, high: np.sin(2 * np.pi * low * times) + np.sin(2 * np.pi * high * times)))
 
 
 def lowest(dermis, kind, hz, um):
@@ -176,16 +120,8 @@ def thresholds_row(dermis, folder):
         found = side_by_side(lowest, [(dermis, kind, f, ladder) for f, ladder in zip(hz, ladders)])
         decibels = 20 * np.log10(np.array(found) / um)
         numbers[f"threshold_{kind}_rms_db"] = float(np.sqrt((decibels**2).mean()))
-    factors = ", ".join(f"{fitted()[kind]['threshold_gain']:.2g}" for kind in CLASSES)
-    return Row(f"after one factor per class: {factors}",
-               "Here sources contradict each other. The thresholds are those of the most sensitive afferents of other "
-               "papers and animals, by the factors above: of SA1 and PC "
-               f"{np.log(fitted()['sa1']['threshold_gain']) / fitted()['sa1']['spread']:.1f} and "
-               f"{np.log(fitted()['pc']['threshold_gain']) / fitted()['pc']['spread']:.1f} standard deviations of the "
-               "spread of gains fitted to one population. An SA1 afferent that fires in a hold as under spheres and at "
-               "the rates of vibration, and that the factor makes no faster in a hold, misses the thresholds of 0.5 to 2 Hz by 6 "
-               "to 9 dB and that of 134 Hz by 5; fitted without spheres it has 3.0 dB, and is silent in a hold of 1 mm. The "
-               "filter of RA must give its rates too", numbers)
+    away = {f"{kind}_away": np.log(fitted(kind)["threshold_gain"]) / fitted(kind)["spread"] for kind in ("sa1", "pc")}
+    return Row(numbers, told={"factors": ", ".join(f"{fitted(kind)['threshold_gain']:.2g}" for kind in CLASSES), **away})
 
 
 def entrained(dermis, kind, hz):
@@ -199,21 +135,13 @@ def entrained(dermis, kind, hz):
 
 
 def ramp_row(dermis, folder):
-    numbers = {"ramp_ra": entrained(dermis, "ra", 40)[0], "ramp_pc": entrained(dermis, "pc", 200)[0]}
-    return Row("one spike per cycle begins right above the threshold",
-               "In the paper the rate rises from 0 to 1 spike per cycle over a range of amplitudes, from I0 to I1. Without "
-               "noise an afferent has hardly such a range; dermis has no noise. 3 dB are asked for, as the paper's own "
-               "ranges were not seen", numbers)
+    return Row({"ramp_ra": entrained(dermis, "ra", 40)[0], "ramp_pc": entrained(dermis, "pc", 200)[0]})
 
 
 def plateau_row(dermis, folder):
     (first, last), (_, last_pc) = entrained(dermis, "ra", 40), entrained(dermis, "pc", 200)
     assert last is not None and last_pc is None, f"one spike per cycle up to {last} and {last_pc} times the threshold"
-    return Row(f"RA from {first:.2f} to {last:.2f} times the threshold; PC at 200 Hz up to 1 mm and further",
-               "That there is a plateau is compared. There is no published number: 1.41, 3 dB, is ours, and the widths of single "
-               "afferents in the paper were not seen. The PC "
-               "afferent cannot fire twice in a cycle, because the fit gives no gain to the other half of it, whereas "
-               "at great amplitudes real afferents may", {"plateau_ra": last / first})
+    return Row({"plateau_ra": last / first}, told={"first": first, "last": last})
 
 
 def hold_row(dermis, folder):
@@ -226,17 +154,13 @@ def hold_row(dermis, folder):
     units = {d: [((t > 0.3) & (t <= 1)).sum() / 0.7 for t in
                  (touchsim.recursion(("SA1", i), touchsim.probe("ramp", 0, d, touchsim.STEP)) for i in range(4))] for d in mm}
     told = ", ".join(f"{min(u):.0f} to {max(u):.0f}" for u in units.values())
-    return Row("{:.0f}, {:.0f} and {:.0f} Hz in holds of 0.5, 1 and 1.5 mm".format(*rates) + f"; TouchSim's four units {told}",
-               "The median afferent follows the spheres of row:spheres, which ask for rates more than twice as high at "
-               "one strain as TouchSim's. It fires in every hold of 0.61 mm and more. Not every afferent does: of 400 with the "
-               f"fitted spread {100 * np.mean(drawn == 0):.0f} % are silent in a hold of 1 mm, at any sensitivity, which is one to "
-               f"changes alone; the mean of all is {drawn.mean():.0f} Hz",
-               {"hold_sa1": float(rates[1]), "hold_sa1_silent": float(np.mean(drawn == 0)), "hold_sa1_mean": float(drawn.mean())})
+    return Row({"hold_sa1": float(rates[1]), "hold_sa1_silent": float(np.mean(drawn == 0)), "hold_sa1_mean": float(drawn.mean())},
+               told={"rates": rates, "units": told, "silent": 100 * np.mean(drawn == 0)})
 
 
 def units_row(dermis, folder):
     wanted, refined = touchsim.published(), touchsim.published(step=touchsim.FINE)
-    found = touchsim.spikes(dermis, {name: unit["model"] for name, unit in touchsim.units().items()})
+    found = touchsim.spikes(dermis, touchsim.units())
     numbers, texts = {}, []
     for kind in ("SA1", "RA"):
         mine = [key for key in wanted if key[0][0] == kind]
@@ -245,10 +169,7 @@ def units_row(dermis, folder):
                        for other in (found, refined))
         numbers[f"touchsim_{kind.lower()}_share"] = share
         texts.append(f"TouchSim's own {kind} units at 10 us in place of 0.2 ms: {same:.0f} %")
-    return Row("; ".join(texts), "The units SA1 0 to 3 and RA 0, 1, 4 and 6, without noise, below a probe of 1 mm: two "
-               "presses and 12 sines. TouchSim's spikes depend on its step, so that no closer time is asked for. Filter "
-               "and gains are TouchSim's; a reset and two currents after a spike are fitted in place of its post-spike "
-               "current (`bench/touchsim.py`)", numbers)
+    return Row(numbers, told={"texts": "; ".join(texts)})
 
 
 def pressed(dermis, pressure, load, duration, sites, tables, texture=None):
@@ -256,16 +177,10 @@ def pressed(dermis, pressure, load, duration, sites, tables, texture=None):
     that of each [[afferents]], of afferents at all sites of its class."""
     height, width = pressure.shape
     texts = "".join("[[afferents]]\n" + text + "\n" for text in tables)
-    scene = PRESS.format(width=width, height=height, load=load, duration=duration, sites=sites, afferents=texts)
+    text = scene("press", width=width, height=height, load=load, duration=duration, sites=sites, afferents=texts)
     with tempfile.TemporaryDirectory() as folder:
-        np.save(f"{folder}/pressure.npy", pressure)
-        if texture is not None:
-            np.save(f"{folder}/texture.npy", texture)
-        out = run(dermis, scene, folder)
-        spikes = np.load(out / "spikes.npy")
-        with open(out / "afferents.csv", newline="") as file:
-            rows = list(csv.DictReader(file))
-    return [(row, spikes["time"][spikes["afferent"] == n]) for n, row in enumerate(rows)]
+        files = {"pressure": pressure} if texture is None else {"pressure": pressure, "texture": texture}
+        return afferents_of(run(dermis, text, folder, **files))
 
 
 HELD = 'envelope = "table"\ntimes = [0, 0.05, 0.95, 1]\nvalues = [0, 1, 1, 0]'
@@ -285,8 +200,8 @@ def fire_in_press(dermis, pressure):
     """The share (%) of the afferents of each class that fire, where a pressure rises within 50 ms, is held and falls: of
     single endings like the median's, and of afferents with the fields of row:fields and the sensitivities and their
     spread that dermis gives."""
-    fields = [f'type = "{CLASSES[kind]}"' + "".join(f"\n{key} = {fitted()[kind][key]:.7g}" for key in ("endings", "radius")
-                                                  if key in fitted()[kind]) for kind in CLASSES]
+    fields = [f'type = "{CLASSES[kind]}"' + "".join(f"\n{key} = {fitted(kind)[key]:.7g}" for key in ("endings", "radius")
+                                                  if key in fitted(kind)) for kind in CLASSES]
     shares = []
     for tables in ([preset(kind) for kind in CLASSES], fields):
         spikes = pressed(dermis, pressure, HELD, 1.05, "density = { sa1 = 70, fa1 = 140, fa2 = 25 } # per cm2, as the preset's",
@@ -302,7 +217,7 @@ def edge_pass(dermis, force, endings):
     edge = np.zeros((60, 240))  # it repeats itself after 24 mm, which take 0.8 s
     edge[:, 180:186] = np.array([0.5, 1, 1, 1, 1, 0.5]) * force / (6e-3 * 0.5e-3)
     tables = [f"{preset('ra')}\nendings = {endings}\n{gains('ra', factor)}"
-              for factor in (1, fitted()["ra"]["threshold_gain"], fitted()["ra"]["field_gain"])]
+              for factor in (1, fitted("ra")["threshold_gain"], fitted("ra")["field_gain"])]
     tables = [f"{table}\ncells = {[[60 + 10 * n - 5 * (endings - 1), 30] for n in range(endings)]}" for table in tables]
     load = '[load.texture]\npath = "texture.npy"\nvelocity = [0.03, 0]'
     return [times for _, times in pressed(dermis, np.ones((60, 120)), load, 0.8, "", tables, edge)]
@@ -318,10 +233,4 @@ def edges_row(dermis, folder):
         texts.append("{:.0f} spikes, {:.1f} ms apart, up to {:.0f} Hz, within {:.0f} ms".format(*ours))
     fields = numbers["edge_field_spikes"], numbers["edge_field_interval_ms"]
     assert fields[0] > 20 and fields[1] < 6, "the sensitivity of row:fields gives what is asked for"
-    return Row(f"the median afferent {texts[0]}; the sensitive afferent {texts[1]}; with the sensitivity of "
-               f"row:fields {texts[2]}",
-               f"Compatible at one chosen force: {force} N on an edge of 6 mm by 0.5 mm, and {endings} endings 1 mm apart. The "
-               "force is chosen for the number of spikes, the distance for the duration, so that intervals and rates are "
-               f"compared. The forces in the data, {min(forces):.1f} to {max(forces):.1f}, which must be N, are of a whole "
-               "fingertip. Asked for are the ranges of the 15 afferents. At the sensitivity of row:fields this row fails: "
-               f"{fields[0]:.0f} spikes for 5 to 20, {fields[1]:.1f} ms for 6 to 16", numbers)
+    return Row(numbers, told={"texts": texts, "force": force, "endings": endings, "least": min(forces), "most": max(forces)})
