@@ -46,7 +46,8 @@ function check(refusal) {
 }
 
 function map(quantity) {
-  return new Float32Array(wasm.HEAPU8.buffer, wasm._page_map(quantity), cells);
+  const first = wasm._page_map(quantity); // which may let the memory grow, and then it is another buffer
+  return new Float32Array(wasm.HEAPU8.buffer, first, cells);
 }
 
 function start() {
