@@ -229,12 +229,13 @@ std::vector<Columns> read_table_of(const std::string& path) {
     return read_table({std::istreambuf_iterator<char>(file), {}}, path);
 }
 
-void measure(Bench& bench, const Arguments& a) {
+// save: called after each workload, so that a run that is cut off leaves the rows before that.
+template <class Save> void measure(Bench& bench, const Arguments& a, Save save) {
     const auto wanted = [&](const std::string& name) {
         return a.only.empty() || std::find(a.only.begin(), a.only.end(), name) != a.only.end();
     };
     for (const Workload& w : forking)
-        if (wanted(w.name)) w.measure(bench);
+        if (wanted(w.name)) w.measure(bench), save();
     bench.peers = std::make_unique<Peers>(a.peers);
     if (a.device != "cpu") try {
             bench.vulkan = Device::open(a.device);
@@ -243,8 +244,8 @@ void measure(Bench& bench, const Arguments& a) {
             fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
         }
     for (const Workload& w : workloads)
-        if (wanted(w.name)) w.measure(bench);
-    if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench);
+        if (wanted(w.name)) w.measure(bench), save();
+    if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench), save();
 }
 
 int exit_status(const Verdict& verdict, const std::string& earlier) {
@@ -263,10 +264,12 @@ int run(const Arguments& a) {
     bench.quick = a.quick;
     bench.runs = a.quick ? 3 : 7;
     bench.cores = machine.cores;
-    measure(bench, a);
-    const std::string csv = csv_of(bench.rows, {a.commit, a.quick ? "quick" : "full", machine});
-    std::ofstream file(a.out);
-    if (!(file << csv).flush()) throw std::runtime_error(a.out + " cannot be written");
+    std::string csv;
+    measure(bench, a, [&] {
+        csv = csv_of(bench.rows, {a.commit, a.quick ? "quick" : "full", machine});
+        std::ofstream file(a.out);
+        if (!(file << csv).flush()) throw std::runtime_error(a.out + " cannot be written");
+    });
     fmt::print("{} rows in {}\n", bench.rows.size(), a.out);
     if (a.compare.empty()) return 0;
     const GateOptions options{.speed = a.speed, .devices = a.device != "cpu", .cpus = supported_backends()};
