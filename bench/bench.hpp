@@ -38,8 +38,8 @@ struct Bench {
     Measurement cpu(const std::string& workload, long long n, int threads) const;
     // A row of a Vulkan device, or of the CPU path with so many threads.
     Measurement on(const dermis::Device&, const std::string& workload, long long n) const;
-    // The rows and the work of the peers in Python that do this work, `count` times in a run. like: what all of their
-    // rows have. errors: of which quantities they say errors.
+    // The rows and the work of the peers in Python that do this work, `count` times in a run. like: the columns that
+    // all of their rows share. errors: the quantities whose errors the peers print.
     std::vector<Contender> of_peers(const std::string& work, const Measurement& like, int count,
                                     const std::vector<size_t>& errors = {}) const;
     void add(const Measurement&); // prints it too

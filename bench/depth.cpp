@@ -21,7 +21,7 @@ namespace {
 constexpr double h = 5e-5; // m
 constexpr Depths fingertip = {.sa1 = 3e-4, .sa2 = 1.1e-3, .fa1 = 5e-4, .fa2 = 2e-3};
 
-// Pads, and the depths over the spacing at which all classes lie; 0: those of a fingertip.
+// Pads, and the depth of all classes in cells; 0: each class lies at the depth of a fingertip.
 struct Shape {
     int width, height, pads;
     double spacing; // m

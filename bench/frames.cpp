@@ -190,7 +190,7 @@ std::array<double, RESPONSE_MAPS> errors_of_frames(const FrameScene& scene, int 
     const std::vector<float> rest = model::padded_rest_curvature<float>(scene.skin());
     const auto n = size_t(scene.skin().width()), pitch = size_t(scene.skin().pitch),
                height = size_t(scene.skin().height());
-    // Of the cells of a row: strain, and what else is multiplied by the gain.
+    // The strain of each cell of a row, and the signals that the gain multiplies.
     using Row = std::vector<std::array<double, RESPONSE_MAPS>>;
     const auto row_of = [&](size_t y) {
         Row row(n);

@@ -25,7 +25,7 @@ struct FrameScene {
 // SA1, SA2, FA1, FA2, pitch*height each.
 using Responses = std::array<std::vector<float>, RESPONSE_MAPS>;
 
-// What presses the frames of a scene, which must outlive it.
+// Presses the frames of a scene. The scene must outlive this object.
 struct Stepper {
     std::function<double(int frames)> press; // seconds; on a device, the device's own
     std::function<Responses()> responses;    // of the last frame

@@ -56,7 +56,7 @@ class NativePads {
             const bool beside[4] = {i % width > 0, i % width < width - 1, i >= width, i + width < cells_};
             for (size_t k = 0; k < 4; ++k) inside_[k][i] = beside[k] ? -1 : 0;
         }
-        const size_t beside = width + 16; // what is read beside the first pad and the last one
+        const size_t beside = width + 16; // cells that are read before the first pad and behind the last one
         float* map[8];
         for (size_t m = 0; m < 8; ++m) { // each begins at other bits of an address
             maps_[m].assign(pitch_ * size_t(pads) + 2 * beside + 80 * m, 0);

@@ -42,7 +42,7 @@ Alone alone(const std::function<double()>& work) {
     return a;
 }
 
-// A scene whose memory is measured, of so many cells a side.
+// A scene of so many cells a side; its run's memory is measured.
 struct Remembered {
     const char* workload;
     Model model = Model::march;

@@ -14,7 +14,7 @@ using namespace dermis;
 
 namespace {
 
-// A scene that is run; the seconds are those of its steps, or of the whole run.
+// Runs a scene. The seconds are those of its steps, or of the whole run.
 Contender ran(const Bench& bench, const Device& device, const char* workload, const Scene& s, long long steps,
               bool whole = false) {
     Measurement r = row_of(bench.on(device, workload, s.grid.width), name(*s.model), name(*s.precision), steps);

@@ -177,7 +177,7 @@ struct CreepProblem {
 
 struct CvodeRun {
     long long steps = 0;           // its own
-    double seconds = 0;            // of stepping and outputs, without what is made before
+    double seconds = 0;            // of steps and outputs, without the maps and tables before them
     std::vector<double> responses; // [output, that at 0 included][strain and rate of each cell]
 };
 
