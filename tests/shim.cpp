@@ -87,7 +87,58 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
     return reinterpret_cast<PFN_vkCreateShaderModule>(real_module)(d, &changed, a, m);
 }
 
-PFN_vkVoidFunction real_sets, real_barrier, real_dispatch, real_submit, real_copy;
+PFN_vkVoidFunction real_sets, real_barrier, real_dispatch, real_submit, real_copy, real_pipeline, real_set,
+    real_constants, real_end;
+
+// A dispatch that waits for a barrier, with what was bound for it.
+struct Dispatch {
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    std::vector<char> constants;
+    uint32_t x = 0, y = 0, z = 0;
+};
+Dispatch next;
+std::vector<Dispatch> waiting; // in the order of recording; empty unless shim.reversed
+
+// Records the dispatches since the last barrier, the last one first: Vulkan lets them run in any order.
+void record_waiting(VkCommandBuffer c) {
+    constexpr VkPipelineBindPoint compute = VK_PIPELINE_BIND_POINT_COMPUTE;
+    for (auto d = waiting.rbegin(); d != waiting.rend(); ++d) {
+        reinterpret_cast<PFN_vkCmdBindPipeline>(real_pipeline)(c, compute, d->pipeline);
+        reinterpret_cast<PFN_vkCmdBindDescriptorSets>(real_set)(c, compute, d->layout, 0, 1, &d->set, 0, nullptr);
+        reinterpret_cast<PFN_vkCmdPushConstants>(real_constants)(c, d->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                                                                 uint32_t(d->constants.size()), d->constants.data());
+        reinterpret_cast<PFN_vkCmdDispatch>(real_dispatch)(c, d->x, d->y, d->z);
+    }
+    waiting.clear();
+}
+
+VKAPI_ATTR void VKAPI_CALL bind_pipeline(VkCommandBuffer c, VkPipelineBindPoint point, VkPipeline p) {
+    next.pipeline = p;
+    if (!shim.reversed) reinterpret_cast<PFN_vkCmdBindPipeline>(real_pipeline)(c, point, p);
+}
+
+VKAPI_ATTR void VKAPI_CALL bind_set(VkCommandBuffer c, VkPipelineBindPoint point, VkPipelineLayout layout,
+                                    uint32_t first, uint32_t count, const VkDescriptorSet* sets, uint32_t offsets,
+                                    const uint32_t* offset) {
+    next.set = *sets;
+    const auto real = reinterpret_cast<PFN_vkCmdBindDescriptorSets>(real_set);
+    if (!shim.reversed) real(c, point, layout, first, count, sets, offsets, offset);
+}
+
+VKAPI_ATTR void VKAPI_CALL constants(VkCommandBuffer c, VkPipelineLayout layout, VkShaderStageFlags stages,
+                                     uint32_t offset, uint32_t bytes, const void* values) {
+    next.layout = layout;
+    next.constants.assign(static_cast<const char*>(values), static_cast<const char*>(values) + bytes);
+    const auto real = reinterpret_cast<PFN_vkCmdPushConstants>(real_constants);
+    if (!shim.reversed) real(c, layout, stages, offset, bytes, values);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL end(VkCommandBuffer c) {
+    record_waiting(c);
+    return reinterpret_cast<PFN_vkEndCommandBuffer>(real_end)(c);
+}
 
 VKAPI_ATTR VkResult VKAPI_CALL sets(VkDevice d, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
     if (shim.sets_left == 0) return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -99,6 +150,7 @@ VKAPI_ATTR void VKAPI_CALL barrier(VkCommandBuffer c, VkPipelineStageFlags from,
                                    VkDependencyFlags flags, uint32_t count, const VkMemoryBarrier* memory,
                                    uint32_t buffers, const VkBufferMemoryBarrier* buffer, uint32_t images,
                                    const VkImageMemoryBarrier* image) {
+    record_waiting(c);
     if (shim.barriers) {
         const VkMemoryBarrier first = count ? *memory : VkMemoryBarrier{};
         shim.barriers->push_back({from, to, first.srcAccessMask, first.dstAccessMask});
@@ -115,7 +167,9 @@ VKAPI_ATTR void VKAPI_CALL copy(VkCommandBuffer c, VkBuffer from, VkBuffer to, u
 
 VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer c, uint32_t x, uint32_t y, uint32_t z) {
     shim.groups += uint64_t(x) * y * z;
-    reinterpret_cast<PFN_vkCmdDispatch>(real_dispatch)(c, x, y, z);
+    next.x = x, next.y = y, next.z = z;
+    if (shim.reversed) waiting.push_back(next);
+    else reinterpret_cast<PFN_vkCmdDispatch>(real_dispatch)(c, x, y, z);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue q, uint32_t count, const VkSubmitInfo* info, VkFence fence) {
@@ -253,6 +307,10 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const c
     instead("vkCmdPipelineBarrier", real_barrier, barrier);
     instead("vkCmdCopyBuffer", real_copy, copy);
     instead("vkCmdDispatch", real_dispatch, dispatch);
+    instead("vkCmdBindPipeline", real_pipeline, bind_pipeline);
+    instead("vkCmdBindDescriptorSets", real_set, bind_set);
+    instead("vkCmdPushConstants", real_constants, constants);
+    instead("vkEndCommandBuffer", real_end, end);
     instead("vkQueueSubmit", real_submit, submit);
     (void)(FAILABLE_DEVICE_CALLS(LOGGED) ENDING_CALLS(LOGGED) RECORDING_CALLS(LOGGED) false);
     return f;

@@ -42,6 +42,7 @@ struct Shim {
     bool least = false;          // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers
     bool portability = false;    // VK_KHR_portability_subset is offered
     bool twins = false;          // the first device is there twice, with a uuid that ends in 01 and in 02
+    bool reversed = false;       // dispatches between two barriers run in reverse order, the last one first
     Fault fault;
     int sets_left = -1;                           // the descriptor sets that can be allocated; -1: all
     const char* absent = "";                      // a function that is not there

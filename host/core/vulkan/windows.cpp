@@ -63,9 +63,9 @@ std::vector<RowWindow> row_windows(const DeviceTable& device, const model::Prepa
                        max_bytes = device.limits.maxStorageBufferRange;
     const int most = int(std::min<VkDeviceSize>(max_bytes / row, VkDeviceSize(height)));
     const bool whole = most == height; // every row is bound
-    int step = whole ? height : std::max(most - 2 * f64::reach(skin.stencil) - WINDOW_ROWS, 1);
-    const double rows = device.most_work / (options.work * skin.pitch);
-    if (rows < step) step = std::max(int(rows) / options.group_rows, 1) * options.group_rows;
+    const double rows = std::min(whole ? double(height) : double(most - 2 * f64::reach(skin.stencil) - WINDOW_ROWS),
+                                 device.most_work / (options.work * skin.pitch));
+    const int step = rows < height ? std::max(int(rows) / options.group_rows, 1) * options.group_rows : height;
     std::vector<RowWindow> windows;
     for (int first = options.first; first < options.last || windows.empty(); first += step) {
         const int last = std::min(first + step, options.last);

@@ -24,7 +24,9 @@ struct WindowOptions {
     int first, last;    // the rows that are computed; `last` is exclusive
     int planes;         // rows of a map for each row of cells
     double work;        // of a cell (see DeviceTable::most_work)
-    int group_rows = 1; // the rows of a workgroup; a window has a multiple of them
+    // The rows of a workgroup. Every window but the last has a multiple of them: a workgroup that reached into the next
+    // window would write its rows from cells that are not bound.
+    int group_rows = 1;
 };
 // Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
 std::vector<RowWindow> row_windows(const DeviceTable&, const model::PreparedSkin&, const WindowOptions&);
