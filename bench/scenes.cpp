@@ -331,7 +331,8 @@ void print_limits(vulkan::Context& context) {
     limit("maxPushConstantsSize", l.maxPushConstantsSize);
     limit("timestampPeriod", l.timestampPeriod);
     limit("bytes of device memory", context.heap_bytes());
-    limit("kernels declare round-to-nearest-even", used.rounds);
+    limit("kernels declare round-to-nearest-even", used.floats.rounds_to_even);
+    limit("kernels declare that NaN and infinity are kept", used.floats.keeps_nans);
     limit("kernels read maps as texel buffers", used.texels);
 }
 

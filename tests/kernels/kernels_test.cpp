@@ -7,6 +7,7 @@
 #include "tests/support.hpp"
 
 #include <bit>
+#include <set>
 
 namespace dermis::kernels {
 struct vec4 {
@@ -98,8 +99,8 @@ TEST_CASE("what is below 2^-64 is stored as +0, what is not is kept") {
     for (float x : {limit, -limit, 1.0f, -0x1.000002p-64f}) CHECK(f32::flush(x) == x);
 }
 
-TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-even where a device offers it") {
-    constexpr uint32_t shader = 1, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
+TEST_CASE("modules need no capability but Shader, and declare the rules of floats that a device offers") {
+    constexpr uint32_t shader = 1, keeps_nans = 4466, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
     constexpr uint32_t sampled_buffer = 46; // every device has it, but modules for hardware do without
     // The order of a module's first instructions: capabilities, extensions, imports, memory model, entry points, modes.
     const std::vector<uint32_t> order = {op_capability, 10, 11, 14, 15, op_execution_mode};
@@ -109,28 +110,29 @@ TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-e
                         vulkan::reduce_module, vulkan::halve_module, vulkan::spread_module})
         modules.insert(modules.end(), {module(false), module(true)});
     for (const vulkan::Module& m : modules)
-        for (bool rounds : {false, true}) {
-            std::vector<uint32_t> words(m.code, m.code + m.bytes / 4);
-            if (rounds) words = vulkan::declare_rounding(m);
-            int declared = 0, modes = 0;
+        for (const vulkan::FloatRules rules :
+             {vulkan::FloatRules{}, {.rounds_to_even = true}, {.keeps_nans = true}, {true, true}}) {
+            const std::vector<uint32_t> words = vulkan::declare(rules, m);
+            std::set<uint32_t> declared, modes;
             size_t i = 5, before = 0;
             for (; i < words.size(); i += words[i] >> 16) {
                 const uint32_t op = words[i] & 0xffff;
-                if (op == op_capability) {
-                    CHECK((words[i + 1] == shader || (rounds && words[i + 1] == rounding_mode_rte) ||
-                           (m.texels != 0 && words[i + 1] == sampled_buffer)));
-                    declared += words[i + 1] == rounding_mode_rte;
-                }
+                const bool own = m.texels != 0 && words[i + 1] == sampled_buffer;
+                if (op == op_capability && words[i + 1] != shader && !own) declared.insert(words[i + 1]);
                 if (const auto found = std::find(order.begin(), order.end(), op); found != order.end()) {
                     CHECK(before <= size_t(found - order.begin()));
                     before = size_t(found - order.begin());
                 }
-                modes += op == op_execution_mode && words[i + 2] == 4462;
+                if (op == op_execution_mode && words[i + 2] >= 4459) modes.insert(words[i + 2] + 5);
             }
             CHECK(i == words.size());
-            CHECK(words.size() == m.bytes / 4 + (rounds ? 13 : 0));
-            CHECK(declared == rounds);
-            CHECK(modes == rounds);
+            const size_t asked = size_t(rules.rounds_to_even) + size_t(rules.keeps_nans);
+            CHECK(words.size() == m.bytes / 4 + 6 * asked + (asked > 0 ? 7 : 0));
+            std::set<uint32_t> wanted;
+            if (rules.keeps_nans) wanted.insert(keeps_nans);
+            if (rules.rounds_to_even) wanted.insert(rounding_mode_rte);
+            CHECK(declared == wanted);
+            CHECK(modes == wanted);
         }
     const test::Validated validated;
     const auto context = vulkan::context_of(*validated.device().impl().backend);
@@ -139,5 +141,7 @@ TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-e
     const vulkan::Handles handles = context->handles();
     reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(
         handles.get_instance_proc_addr(handles.instance, "vkGetPhysicalDeviceProperties2"))(handles.physical, &offered);
-    CHECK(context->pipelines().device().rounds == bool(floats.shaderRoundingModeRTEFloat32));
+    const vulkan::FloatRules& used = context->pipelines().device().floats;
+    CHECK(used.rounds_to_even == bool(floats.shaderRoundingModeRTEFloat32));
+    CHECK(used.keeps_nans == bool(floats.shaderSignedZeroInfNanPreserveFloat32));
 }

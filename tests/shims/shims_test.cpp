@@ -110,7 +110,8 @@ TEST_CASE("least: limits are the least that Vulkan allows, and no texels are fet
     CHECK(limits.maxStorageBufferRange == 1 << 27);
     CHECK(limits.maxPerStageDescriptorStorageBuffers == 12);
     CHECK(limits.minStorageBufferOffsetAlignment == 256);
-    CHECK_FALSE(opened.context.pipelines().device().rounds);
+    CHECK_FALSE(opened.context.pipelines().device().floats.rounds_to_even);
+    CHECK_FALSE(opened.context.pipelines().device().floats.keeps_nans);
     CHECK_FALSE(opened.context.pipelines().device().texels);
 }
 

@@ -92,8 +92,8 @@ DeviceTable checked(const Handles& h) {
     std::vector<std::string> extensions = h.extensions;
     if (std::min(h.api_version, properties.apiVersion) >= VK_API_VERSION_1_2) // which includes the extension
         extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
-    table.rounds = rounds_to_even(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
-                                  h.physical, extensions);
+    table.floats = float_rules(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
+                               h.physical, extensions);
     table.texels = reads_texels(properties);
     function<PFN_vkGetDeviceProcAddr>(h, "vkGetDeviceProcAddr");
     load_calls(h.get_instance_proc_addr, h.instance, table);

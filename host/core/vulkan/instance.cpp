@@ -113,8 +113,9 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : Insta
     info.ppEnabledExtensionNames = enabled.data();
     const VkResult created = vkCreateInstance(&info, nullptr, &handle_);
     if (created == VK_ERROR_INCOMPATIBLE_DRIVER)
-        no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers) whose file it can read; "
-                  "VK_LOADER_DEBUG=error names it");
+        no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers) that it can load; "
+                  "VK_LOADER_DEBUG=error names the driver and the cause, such as a library that NVIDIA's driver lacks "
+                  "(on Debian: libegl1)");
     if (created == VK_ERROR_LAYER_NOT_PRESENT)
         no_device(std::string("the layer ") + validation_layer + " is not installed");
     check(created, "vkCreateInstance");
@@ -196,7 +197,7 @@ void Instance::describe(PhysicalDevice& p) const {
         p.info.refused = e.what();
         return;
     }
-    p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
+    p.floats = float_rules(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
 }
 
 void Instance::open(const PhysicalDevice& p, DeviceTable& table) const {
@@ -217,7 +218,7 @@ void Instance::open(const PhysicalDevice& p, DeviceTable& table) const {
     check(create(p.handle, &info, nullptr, &table.device), "vkCreateDevice");
     load_calls(get_, handle_, table);
     table.limits = p.properties.limits;
-    table.rounds = p.rounds;
+    table.floats = p.floats;
     table.texels = reads_texels(p.properties);
     table.most_work = options_.most_work;
 }

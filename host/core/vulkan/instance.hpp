@@ -33,7 +33,7 @@ struct PhysicalDevice {
     VkPhysicalDeviceMemoryProperties memory{};
     uint32_t family = 0;                 // index of a queue family with compute
     std::vector<std::string> extensions; // the extensions that Instance::open enables
-    bool rounds = false;                 // see DeviceTable
+    FloatRules floats;                   // see DeviceTable
     DeviceInfo info;
 };
 

@@ -76,9 +76,9 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
                    "vkCreatePipelineLayout", made.layout);
 
         VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-        const std::vector<uint32_t> rounding = device_.rounds ? declare_rounding(source) : std::vector<uint32_t>();
-        module_info.codeSize = rounding.empty() ? source.bytes : rounding.size() * sizeof(uint32_t);
-        module_info.pCode = rounding.empty() ? source.code : rounding.data();
+        const std::vector<uint32_t> words = declare(device_.floats, source);
+        module_info.codeSize = words.size() * sizeof(uint32_t);
+        module_info.pCode = words.data();
         check_made(vk.vkCreateShaderModule(device, &module_info, device_.allocator, &module), "vkCreateShaderModule",
                    module);
 

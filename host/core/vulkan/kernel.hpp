@@ -40,7 +40,7 @@ struct DeviceTable {
     VkDevice device = VK_NULL_HANDLE;
     VolkDeviceTable calls{};
     VkPhysicalDeviceLimits limits{};
-    bool rounds = false; // kernels may declare round-to-nearest-even
+    FloatRules floats;   // that kernels declare
     bool texels = false; // kernels read maps as texel buffers where they have a variant for that
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;

@@ -39,24 +39,31 @@ DERMIS_MODULE(spread, 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_GAI
 #undef DERMIS_MODULE
 Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
 
-std::vector<uint32_t> declare_rounding(const Module& module) {
-    constexpr uint32_t header_words = 5, op_capability = 17, op_entry_point = 15;
-    constexpr uint32_t capability[] = {2 << 16 | op_capability, 4467}; // RoundingModeRTE
+std::vector<uint32_t> declare(const FloatRules& rules, const Module& module) {
+    constexpr uint32_t header_words = 5, op_capability = 17, op_entry_point = 15, op_execution_mode = 16, bits = 32;
+    struct Rule {
+        bool declared;
+        uint32_t capability, mode;
+    };
+    const Rule all[] = {{rules.keeps_nans, 4466, 4461},      // SignedZeroInfNanPreserve
+                        {rules.rounds_to_even, 4467, 4462}}; // RoundingModeRTE
     // OpExtension and its name, SPV_KHR_float_controls.
     constexpr uint32_t extension[] = {0x7000a, 0x5f565053, 0x5f52484b, 0x616f6c66, 0x6f635f74, 0x6f72746e, 0x736c};
     const std::span<const uint32_t> code(module.code, module.bytes / sizeof(uint32_t));
     std::vector<uint32_t> words(code.begin(), code.begin() + header_words);
-    bool extended = false;
+    bool extended = !rules.keeps_nans && !rules.rounds_to_even;
     for (size_t at = header_words, length = 0; at < code.size(); at += length) {
         const uint32_t op = code[at] & 0xffff;
         length = code[at] >> 16;
         if (op != op_capability && !std::exchange(extended, true)) {
-            words.insert(words.end(), std::begin(capability), std::end(capability));
+            for (const Rule& r : all)
+                if (r.declared) words.insert(words.end(), {2 << 16 | op_capability, r.capability});
             words.insert(words.end(), std::begin(extension), std::end(extension));
         }
         words.insert(words.end(), &code[at], &code[at] + length);
-        if (op == op_entry_point) // OpExecutionMode of this entry point: RoundingModeRTE of 32 bits
-            words.insert(words.end(), {4 << 16 | 16, code[at + 2], 4462, 32});
+        for (const Rule& r : all)
+            if (op == op_entry_point && r.declared)
+                words.insert(words.end(), {4 << 16 | op_execution_mode, code[at + 2], r.mode, bits});
     }
     return words;
 }

@@ -23,8 +23,13 @@ Module halve_module(bool texels);
 Module spread_module(bool texels);
 Module fibres_module();
 
-// The words of a module that also declares round-to-nearest-even, for devices that offer this
-// (shaderRoundingModeRTEFloat32).
-std::vector<uint32_t> declare_rounding(const Module& module);
+// The rules of floats of 32 bits that a device offers, and that kernels then declare.
+struct FloatRules {
+    bool rounds_to_even = false; // shaderRoundingModeRTEFloat32
+    bool keeps_nans = false;     // shaderSignedZeroInfNanPreserveFloat32: else a compiler may take NaN and infinity for none
+};
+
+// The words of a module that also declares these rules.
+std::vector<uint32_t> declare(const FloatRules& rules, const Module& module);
 
 } // namespace dermis::vulkan

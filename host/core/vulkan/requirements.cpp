@@ -28,15 +28,16 @@ std::string why_not(const VkPhysicalDeviceLimits& limits) {
     return "";
 }
 
-bool rounds_to_even(PFN_vkGetPhysicalDeviceProperties2 get, VkPhysicalDevice device,
-                    const std::vector<std::string>& enabled) {
+FloatRules float_rules(PFN_vkGetPhysicalDeviceProperties2 get, VkPhysicalDevice device,
+                       const std::vector<std::string>& enabled) {
     if (std::find(enabled.begin(), enabled.end(), VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME) == enabled.end())
-        return false;
+        return {};
     VkPhysicalDeviceFloatControlsProperties floats{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES};
     VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
     properties.pNext = &floats;
     get(device, &properties);
-    return floats.shaderRoundingModeRTEFloat32;
+    return {.rounds_to_even = floats.shaderRoundingModeRTEFloat32 == VK_TRUE,
+            .keeps_nans = floats.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE};
 }
 
 bool reads_texels(const VkPhysicalDeviceProperties& device) {

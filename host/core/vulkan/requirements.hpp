@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dermis/vulkan.hpp"
+#include "host/core/vulkan/modules.hpp"
 #include "host/core/vulkan/volk.hpp"
 
 namespace dermis::vulkan {
@@ -10,8 +11,8 @@ namespace dermis::vulkan {
 // The limit that is too small, its value and the value needed; empty where every limit suffices.
 std::string why_not(const VkPhysicalDeviceLimits&);
 
-// Whether kernels may declare round-to-nearest-even: the device offers it and the extension is enabled.
-bool rounds_to_even(PFN_vkGetPhysicalDeviceProperties2, VkPhysicalDevice, const std::vector<std::string>& enabled);
+// The rules that kernels may declare: the device offers them and the extension is enabled.
+FloatRules float_rules(PFN_vkGetPhysicalDeviceProperties2, VkPhysicalDevice, const std::vector<std::string>& enabled);
 
 // Whether kernels read maps as texel buffers: on a software driver, where that is faster, if its texel buffers can be
 // as large, and begin at the same offsets, as its storage buffers.
