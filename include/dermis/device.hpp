@@ -26,8 +26,10 @@ struct DeviceInfo {
 // static objects; each later use throws Error::device, and destructors leave the device alone. While another thread is
 // in open() or list(), exit() must not be called; Python's waits.
 // After a fork the child process can use neither the Vulkan devices nor the threads of the parent's devices: a press or
-// a run that needs them throws Error::device and never waits, and destructors leave them alone. Devices and skins that
-// the child makes itself work.
+// a run that needs them throws Error::device and never waits, and destructors leave them alone. If the parent has used
+// Vulkan, its child cannot: open() throws Error::no_device, and "auto" is the CPU path. Devices of the CPU and skins on
+// them that the child makes work. The child should end by _exit(), as Python's multiprocessing does: in exit() NVIDIA's
+// driver (580.159) stops the device of the parent.
 class DERMIS_API Device {
   public:
     // threads: 0 = one per core that the process may use (by its affinity and its control groups); 1 = only the calling

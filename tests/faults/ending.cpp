@@ -122,18 +122,19 @@ int main(int, char** arguments) {
     if (way == "twice") global.device.reset(), global.open(), world.press(); // the first device is held by nothing
     if (way == "forked") {
         const pid_t child = fork();
+        if (child == 0 && world.device->info().kind != "software") _exit(0); // see dermis/device.hpp
         if (child == 0) return 0; // with the parent's skin
         int status = -1;
         waitpid(child, &status, 0);
         return status != 0;
     }
-    if (way == "own") { // a child with a device of its own, beside a thread of the parent's
+    if (way == "own") { // a child that asks for a device, beside a thread of the parent's
         wait_for_thread(4);
         const pid_t child = fork();
         if (child == 0) {
-            static World own;
+            static World own{Device::open("auto"), {}};
             own.open(), own.press();
-            return 0;
+            _exit(own.device->info().vulkan);
         }
         int status = -1;
         waitpid(child, &status, 0);

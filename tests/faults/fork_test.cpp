@@ -98,7 +98,7 @@ TEST_CASE("a forked child that uses its parent's threads or Vulkan device gets a
     }
 }
 
-TEST_CASE("a forked child makes skins and opens devices of its own, and presses those of one thread: the same bits") {
+TEST_CASE("a forked child makes skins and devices of the CPU, and presses skins of one thread: the same bits") {
     const SkinDescription d = large(), pad = small_scene(64, 32);
     const std::vector<float> right = answer(Device::cpu(1), d, 1), batch = answer(Device::cpu(1), pad, 64);
     const Device used = Device::cpu(2), one = Device::cpu(1), vulkan = Device::open("vulkan");
@@ -110,7 +110,23 @@ TEST_CASE("a forked child makes skins and opens devices of its own, and presses 
           }) == 0);
     for (const bool open : {false, true})
         CHECK(status_of_child([&] {
-                  const Device own = open ? Device::open("vulkan") : used;
+                  const Device own = open ? Device::cpu(2) : used;
                   return answer(own, d, 1) == right && answer(own, pad, 64) == batch;
               }) == 0);
+}
+
+TEST_CASE("a forked child of a process that has used Vulkan opens no Vulkan device: an error, and auto is the CPU") {
+    const SkinDescription d = large();
+    const Device vulkan = Device::open("vulkan");
+    const std::vector<float> right = answer(vulkan, d, 1);
+    CHECK(status_of_child([&] {
+              const auto says = [](const std::string& why) {
+                  return why.find("a Vulkan driver was opened by another process") != std::string::npos;
+              };
+              for (const char* name : {"vulkan", "0"})
+                  if (!says(refusal(Error::Code::no_device, [&] { Device::open(name); }))) return false;
+              const Device own = Device::open("auto");
+              return !own.info().vulkan && says(own.info().refused) && answer(own, d, 1) == right;
+          }) == 0);
+    CHECK(answer(vulkan, d, 1) == right);
 }

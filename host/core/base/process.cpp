@@ -15,8 +15,8 @@ void Process::refuse(const std::string& what) const {
     throw Error(
         Error::Code::device, "",
         what + " opened by another process, " + std::to_string(id_) +
-            ", which has forked this one; allowed: skins and devices that are made after the fork, or a process "
-            "that is spawned");
+            ", which has forked this one; allowed: skins that are made after the fork on a device of the CPU, or a "
+            "process that is spawned");
 }
 
 } // namespace dermis::simd

@@ -6,7 +6,9 @@
 #include "host/core/model/site_cells.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
+#include <functional>
 #include <tuple>
 
 namespace dermis::vulkan {
@@ -42,7 +44,8 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const model::StreamedSk
       scratch_(on_device(program_.memory().scratch)), upload_{on_host(together_ * frame_bytes()),
                                                               on_host(together_ * frame_bytes())},
       download_(on_host(program_.memory().response.bytes)), recordings_{Recording(*context_), Recording(*context_)},
-      tables_(skin, skin.skin.materials), pad_(pads_), numbers_(pads_), steps_(pads_) {
+      tables_(skin, skin.skin.materials), pad_(pads_), numbers_(pads_), steps_(pads_),
+      pool_(simd::useful_threads(pads_ * width_ * size_t(height_), 0)) {
     listed_.reserve(pads_);
     fill(constants_, program_.memory().constants);
     fill(invalid_, program_.memory().invalid);
@@ -92,19 +95,26 @@ bool SkinRunner::take(const model::PadList& pads, const float* pressures, bool b
     recording().wait(); // it reads the upload
     float* const upload = static_cast<float*>(upload_[slot_].data()) + recorded_ * frame_bytes() / sizeof(float);
     const size_t rows = size_t(height_), cells = rows * width_;
-    bool finite = true;
+    const auto pressure_of = [&](size_t i) { return pressures + (by_number ? size_t(pads[i]) : i) * cells; };
     for (size_t i = 0; i < pads.count; ++i) {
-        const float* const own = pressures + (by_number ? size_t(pads[i]) : i) * cells;
         Pad& pad = pad_[size_t(pads[i])];
-        pad.stays_at_rest = pad.rests && pads_ > 1 && model::all_bits_zero(own, cells);
-        if (pad.stays_at_rest) continue;
-        finite &= model::copy_rows({.from = own,
-                                    .stride = width_,
-                                    .width = width_,
-                                    .to = upload + size_t(pads[i]) * rows * pitch_,
-                                    .pitch = pitch_},
-                                   0, height_);
+        pad.stays_at_rest = pad.rests && pads_ > 1 && model::all_bits_zero(pressure_of(i), cells);
     }
+    std::atomic<bool> finite = true;
+    const auto some = [&](size_t first, size_t last) { // rows, counted through all these pads
+        for (size_t i = first / rows; first < last; ++i) {
+            const size_t end = std::min(last, (i + 1) * rows), pad = size_t(pads[i]);
+            const model::PressureCopy copy{.from = pressure_of(i),
+                                           .stride = width_,
+                                           .width = width_,
+                                           .to = upload + pad * rows * pitch_,
+                                           .pitch = pitch_};
+            if (!pad_[pad].stays_at_rest && !model::copy_rows(copy, int(first - i * rows), int(end - i * rows)))
+                finite = false;
+            first = end;
+        }
+    };
+    pool_.share(static_cast<long long>(pads.count * rows), std::ref(some)); // a reference: nothing is allocated
     return finite;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "dermis/vulkan.hpp"
+#include "host/core/base/pool.hpp"
 #include "host/core/model/stream.hpp"
 #include "host/core/vulkan/recording.hpp"
 
@@ -79,6 +80,7 @@ class SkinRunner : public model::Stream {
     std::vector<std::pair<int, double>> listed_; // pads to press and their steps, ascending
     std::vector<int> numbers_;
     std::vector<double> steps_;
+    simd::Pool pool_; // copies pressures: one thread moves a tenth of what a GPU's bus does
 };
 
 } // namespace dermis::vulkan

@@ -78,6 +78,10 @@ Instance::Instance(const InstanceOptions& options, PFN_vkGetInstanceProcAddr get
 Instance::Instance(const Loader& loader, const InstanceOptions& options) : Instance(options, loader.get) {
     if (!loader.get) no_device(loader.missing);
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
+    // Drivers stay loaded, and a child that is forked has none of their threads: NVIDIA's spins for ever in a new
+    // instance, and lavapipe's cache of shaders waits.
+    static const simd::Process loading;
+    if (!loading.calls()) loading.refuse("a Vulkan driver was");
     const Use use("a Vulkan driver");
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(loader.get);

@@ -3,6 +3,7 @@
 // submission.
 #pragma once
 
+#include "host/core/base/pool.hpp"
 #include "host/core/vulkan/recording.hpp"
 #include "host/lab/march/march_memory.hpp"
 
@@ -14,7 +15,8 @@ class Results {
   public:
     // Chooses the number of slots.
     Results(Context& context, const model::MarchPlan& plan)
-        : plan_(plan), slot_bytes_(VkDeviceSize(REDUCED_MAPS) * (tiles() + probes()) * sizeof(f32::Summary)) {
+        : plan_(plan), slot_bytes_(VkDeviceSize(REDUCED_MAPS) * (tiles() + probes()) * sizeof(f32::Summary)),
+          pool_(simd::useful_threads(plan.skin.cells(), 0)) {
         constexpr double ring_bytes = 16e6;
         const double room = std::min(ring_bytes, double(context.limits().maxStorageBufferRange)) / double(slot_bytes_);
         slots_ = size_t(std::clamp(room, 1.0, 1024.0));
@@ -97,13 +99,17 @@ class Results {
     // Fills the sample of each step recorded since the last call, after the submission.
     void hand_over() {
         const auto* map = static_cast<const f32::Summary*>(summaries_->data());
-        for (model::Sample* sample : samples_) {
-            sample->points.clear();
-            for (size_t q = 0; q < REDUCED_MAPS; ++q, map += tiles() + probes()) {
-                sample->totals[q] = model::total_of<f32>(map, tiles(), plan_.skin.cells());
-                for (size_t i = 0; i < probes(); ++i) sample->points.push_back(double(map[tiles() + i].sum));
+        for (model::Sample* sample : samples_) sample->points.assign(REDUCED_MAPS * probes(), 0);
+        pool_.share(static_cast<long long>(samples_.size() * REDUCED_MAPS), [&](long long first, long long last) {
+            for (auto n = size_t(first); n < size_t(last); ++n) {
+                const size_t q = n % REDUCED_MAPS;
+                const f32::Summary* const of_map = map + n * (tiles() + probes());
+                model::Sample& sample = *samples_[n / REDUCED_MAPS];
+                if (plan_.variant.wanted[q])
+                    sample.totals[q] = model::total_of<f32>(of_map, tiles(), plan_.skin.cells());
+                for (size_t i = 0; i < probes(); ++i) sample.points[q * probes() + i] = double(of_map[tiles() + i].sum);
             }
-        }
+        });
         samples_.clear();
     }
 
@@ -119,6 +125,7 @@ class Results {
     std::unique_ptr<Buffer> summaries_, probe_cells_;
     std::unique_ptr<Kernel> reduce_;
     std::vector<model::Sample*> samples_; // of the steps that have a slot, in order
+    simd::Pool pool_;                     // that adds up tiles: a GPU makes them faster than one thread reads them
 };
 
 } // namespace dermis::vulkan
