@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The peers in Python. dermis-bench asks them over pipes, so that they run in the same rounds as the library (peers.hpp).
 
-It sends lines. `prepare frames N`, `prepare study STEPS`, `prepare creep FREQUENCY` and `prepare spikes FIBRES` are
+It sends lines. `prepare frames N`, `prepare device_frames N`, `prepare study STEPS`, `prepare creep FREQUENCY` and `prepare spikes FIBRES` are
 answered by a line for each peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the greatest ones by
 the greatest value, against the same model in double or a closed form. `run NAME METHOD COUNT` is answered by seconds.
 """
@@ -36,6 +36,7 @@ def exact_step():
 
 
 STEP = E, B, F, I0, I1, I2, V0, V1, A0, A1 = tuple(np.float32(x) for x in exact_step())
+NUMBERS = [float(x) for x in STEP]
 
 
 def aligned(values):
@@ -138,6 +139,61 @@ def prepare_frames(n):
         errors = [np.abs(found - x).max() / np.abs(x).max() for found, x in zip(scene.out, exact)]
         WORK[name, method] = lambda count, frame=frame: [frame(scene) for _ in range(count)]
         tell(name, method, version, threads, CHECKED, errors)
+
+
+def torch_frame(p, q, eps, total, rest):
+    """Pressures, the state and the rest curvature as tensors; returns the state and the responses after a press."""
+    e, b, f, i0, i1, i2, v0, v1, a0, a1 = NUMBERS
+    way, r = q - p, p - e * eps
+    total = total + i0 * eps + i1 * p + i2 * way
+    rate, acceleration = v0 * r + v1 * way, a0 * r + a1 * way
+    eps = eps + b * r + f * way
+    wide = torch.nn.functional.pad(eps[None, None], (1, 1, 1, 1), mode="replicate")[0, 0]
+    around = wide[1:-1, 2:] + wide[1:-1, :-2] + wide[2:, 1:-1] + wide[:-2, 1:-1]
+    gain = 1 + rest - (around - 4 * eps)
+    return eps, total, eps * gain, total * gain, rate * gain, acceleration * gain
+
+
+class TorchFrames:
+    """Presses one after another on CUDA; run() returns the seconds of the device's own clock."""
+
+    def __init__(self, n, press):
+        self.scene, self.press, self.k = Frame(n), press, 0
+        self.frames, self.rest = ([torch.from_numpy(x).cuda() for x in maps] for maps in (self.scene.frames, [self.scene.rest]))
+        self.maps = [torch.zeros_like(self.rest[0])] * 2
+
+    def run(self, count):
+        start, end = (torch.cuda.Event(enable_timing=True) for _ in range(2))
+        start.record()
+        for _ in range(count):
+            p, q = (self.frames[(self.k + i) % 4] for i in (0, 1))
+            self.maps = self.press(p, q, *self.maps[:2], *self.rest)
+            self.k += 1
+        end.record()
+        torch.cuda.synchronize()
+        return start.elapsed_time(end) / 1e3
+
+
+def prepare_device_frames(n):
+    """PyTorch on a GPU with CUDA, by single operations and compiled. Errors are those of a smaller grid."""
+    global torch
+    try:
+        import torch
+    except ImportError:
+        torch = None
+    if not torch or not torch.cuda.is_available():
+        print("missing torch")
+        return
+    if int(n) not in (2048, 4096):  # each size is compiled anew
+        return
+    for method, press in (("eager", torch_frame), ("compiled", torch.compile(torch_frame))):
+        small, large = TorchFrames(512, press), TorchFrames(int(n), press)
+        small.run(CHECKED)
+        large.run(CHECKED)
+        errors = [np.abs(found.cpu().numpy() - x).max() / np.abs(x).max()
+                  for found, x in zip(small.maps[2:], small.scene.exact())]
+        WORK["torch", method] = large.run
+        tell("torch", method, torch.__version__, 1, CHECKED, errors)
 
 
 def laplacian(z):
@@ -302,7 +358,7 @@ def tell(name, method, version, threads, steps, errors):
 
 
 WORK = {}
-PREPARE = {"frames": prepare_frames, "study": prepare_study, "creep": prepare_creep, "spikes": prepare_spikes}
+PREPARE = {"frames": prepare_frames, "device_frames": prepare_device_frames, "study": prepare_study, "creep": prepare_creep, "spikes": prepare_spikes}
 
 
 def main():
@@ -315,8 +371,8 @@ def main():
         else:
             work, count = WORK[words[1], words[2]], int(words[3])
             start = time.perf_counter()
-            work(count)
-            seconds = time.perf_counter() - start
+            own = work(count)
+            seconds = own if isinstance(own, float) else time.perf_counter() - start
             time.sleep(0.005)  # threads that wait for more work by spinning have stopped before the next contender
             print(f"{seconds:.9g}", flush=True)
 

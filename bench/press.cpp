@@ -40,8 +40,9 @@ class StreamedFrames {
         const std::vector<int> all = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
         if (which == Contenders::all) add_cpu(all, simd::isas(), {true, false});
         if (which == Contenders::growth) add_cpu({bench.cores}, std::array{&simd::best()}, {true});
-        if (which == Contenders::all) add_peers_in_python();
+        if (which == Contenders::all) add_peers_in_python("frames", bench_.cpu("press", n_, 1));
         if (!bench.vulkan || which == Contenders::growth) return;
+        if (which == Contenders::device) add_peers_in_python("device_frames", bench_.on(*bench_.vulkan, "press", n_));
         for (bool moves : {false, true}) add_vulkan(moves);
     }
     void measure(); // times all series and adds their rows
@@ -106,10 +107,10 @@ class StreamedFrames {
         stepper.press(2); // a multiple of the ring in all
     }
     // They have compared themselves with the model in double.
-    void add_peers_in_python() {
-        Measurement like = row_of(bench_.cpu("press", n_, 1), "march", "f32", frames_);
+    void add_peers_in_python(const char* work, const Measurement& where) {
+        Measurement like = row_of(where, "march", "f32", frames_);
         like.bytes_per_cell = frame_bytes;
-        for (Contender& c : bench_.of_peers(fmt::format("frames {}", n_), like, frames_, {1, 2, 3, 4})) {
+        for (Contender& c : bench_.of_peers(fmt::format("{} {}", work, n_), like, frames_, {1, 2, 3, 4})) {
             if (std::any_of(&c.row.errors[1], &c.row.errors[5], [](double e) { return e > peer_error; }))
                 c.row.status = "wrong";
             series_.push_back({std::move(c), {}, {}});
