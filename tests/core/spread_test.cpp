@@ -181,6 +181,21 @@ TEST_CASE("sites at depths read all cells, whose state and report are those of a
     CHECK_THROWS_AS(some.response(Quantity::sa2), Error);
 }
 
+TEST_CASE("pads at depths that are not pressed keep the responses of their sites; after a reset they are 0") {
+    SkinDescription d = deep_ridges(23, 17);
+    d.sites = {{Quantity::fa2, {0, 0}}, {Quantity::sa1, {7, 5}}, {Quantity::sa1, {21, 15}}};
+    SkinOptions options{.responses = {Quantity::sa1, Quantity::fa2}, .count = 3};
+    Skin cpu(Device::cpu(1), d, options), vulkan(Device::open("vulkan"), d, options);
+    Random r;
+    const std::vector<float> all = drawn_pressure(r, 3 * 23 * 17), one = drawn_pressure(r, 23 * 17);
+    for (Skin* skin : {&cpu, &vulkan})
+        skin->press(all, 1e-3), skin->reset(std::vector{0}), skin->press(one, 1e-3, std::vector{1});
+    for (Quantity q : options.responses) {
+        CHECK(cpu.response(q)[0] == 0);
+        CHECK(answers(vulkan, q) == answers(cpu, q));
+    }
+}
+
 TEST_CASE("a state saved without depths goes on at depths, and the other way round, by the same bits") {
     SkinDescription deep = deep_ridges(23, 17), flat = deep;
     flat.receptors.depth = {};

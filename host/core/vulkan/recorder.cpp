@@ -272,7 +272,7 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
         c.respond = press.answers;
         const uint32_t pads = uint32_t(slots.last - slots.first);
         (batch && from_constants ? alike_ : press_)->record(commands, binding, c, pads, own);
-        if (spread_ && press.answers) spread_->record(commands, binding, pads, own);
+        if (spread_ && press.answers) spread_->record(commands, binding, press.pads, slots.first, slots.last, own);
     }
 }
 

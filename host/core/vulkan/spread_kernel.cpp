@@ -29,15 +29,17 @@ SpreadKernel::SpreadKernel(Pipelines& pipelines, const model::StreamedSkin& s, c
     const int x = std::min((s.skin.width() + four - 1) / four, most_x), z = int(pads_of_group);
     group_ = {x, std::clamp(all / (x * z), 1, pads_ > 1 ? s.skin.height() : 8), z};
     gain_ = take(grid_of(s.skin));
+    std::array<Part, REDUCED_MAPS> fields; // of all cells
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         if (!s.wanted[size_t(q)]) continue;
         signal_[size_t(q)] = take(grid_of(s.skin));
         const model::ResponseLayout::Range& r = layout.of[size_t(q)];
-        const Part to = s.picked.empty() ? Part{r.first * sizeof(float), r.count * sizeof(float)}
-                                         : take(s.skin.padded_cells() * size_t(s.pads));
+        Part& to = fields[size_t(q)];
+        to = s.picked.empty() ? Part{r.first * sizeof(float), r.count * sizeof(float)}
+                              : take(s.skin.padded_cells() * size_t(s.pads));
         plan(s, q, to);
-        pick(s, layout, q, to);
     }
+    pick(s, layout, fields);
     std::ranges::reverse(passes_);
     const VkDeviceSize most = device_.limits.maxStorageBufferRange;
     if (gain_.bytes > most)
@@ -68,17 +70,17 @@ SpreadKernel::Part SpreadKernel::take(size_t floats) {
     return part;
 }
 
-// Notes the sites that are picked from a field.
-void SpreadKernel::pick(const model::StreamedSkin& s, const model::ResponseLayout& layout, int quantity,
-                        const Part& field) {
-    const size_t cells = s.skin.padded_cells(), of_pad = layout.of[size_t(quantity)].count / size_t(s.pads);
-    for (size_t i = 0; i < s.picked.size(); ++i) {
-        const auto& [type, cell] = s.picked[i];
-        const size_t at = size_t(cell.y) * size_t(s.skin.pitch) + size_t(cell.x);
-        for (size_t pad = 0; int(type) == quantity && pad < size_t(s.pads); ++pad)
-            picks_.push_back({field.first + (at + pad * cells) * sizeof(float),
-                              (layout.site[i] + pad * of_pad) * sizeof(float), sizeof(float)});
-    }
+// Notes the sites that are picked from fields, pad by pad.
+void SpreadKernel::pick(const model::StreamedSkin& s, const model::ResponseLayout& layout,
+                        const std::array<Part, REDUCED_MAPS>& fields) {
+    for (size_t pad = 0; pad < size_t(s.pads); ++pad)
+        for (size_t i = 0; i < s.picked.size(); ++i) {
+            const auto& [type, cell] = s.picked[i];
+            const size_t q = size_t(type), of_pad = layout.of[q].count / size_t(s.pads),
+                         at = (pad * size_t(s.skin.height()) + size_t(cell.y)) * size_t(s.skin.pitch) + size_t(cell.x);
+            picks_.push_back(
+                {fields[q].first + at * sizeof(float), (layout.site[i] + pad * of_pad) * sizeof(float), sizeof(float)});
+        }
 }
 
 void SpreadKernel::add(size_t pass, Use use, int radius, bool coarser) {
@@ -152,8 +154,10 @@ void SpreadKernel::bind(size_t binding, const Maps& m) {
     }
 }
 
-void SpreadKernel::record(VkCommandBuffer commands, size_t binding, uint32_t pads, Recording* own) const {
+void SpreadKernel::record(VkCommandBuffer commands, size_t binding, const model::PadList& list, size_t first_pad,
+                          size_t last_pad, Recording* own) const {
     constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    const uint32_t pads = uint32_t(last_pad - first_pad);
     for (const std::vector<Use>& pass : passes_) {
         if (pass.empty()) continue;
         barrier(device_.calls, commands, {compute, VK_ACCESS_SHADER_WRITE_BIT},
@@ -176,7 +180,12 @@ void SpreadKernel::record(VkCommandBuffer commands, size_t binding, uint32_t pad
     const auto& [from, to, regions] = copies_[binding];
     constexpr VkPipelineStageFlags copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
     barrier(device_.calls, commands, {compute, VK_ACCESS_SHADER_WRITE_BIT}, {copy, VK_ACCESS_TRANSFER_READ_BIT});
-    device_.calls.vkCmdCopyBuffer(commands, from, to, uint32_t(regions.size()), regions.data());
+    const size_t of_pad = regions.size() / size_t(pads_);
+    for (size_t i = first_pad, next; i < last_pad; i = next) { // neighbouring pads at once; others keep their responses
+        for (next = i + 1; next < last_pad && list[next] == list[i] + int(next - i);) ++next;
+        device_.calls.vkCmdCopyBuffer(commands, from, to, uint32_t((next - i) * of_pad),
+                                      regions.data() + size_t(list[i]) * of_pad);
+    }
     barrier(device_.calls, commands, {copy, VK_ACCESS_TRANSFER_READ_BIT}, {compute, VK_ACCESS_SHADER_WRITE_BIT});
 }
 

@@ -29,8 +29,9 @@ class SpreadKernel {
     BufferRange gain(const BufferRange& scratch) const { return part_of(scratch, gain_); } // and the cells' gain
     const std::vector<float>& weights() const { return weights_; }                         // of all levels
     void bind(size_t binding, const Maps&);
-    // Records what follows a press of so many pads. own: see PressKernel::record().
-    void record(VkCommandBuffer, size_t binding, uint32_t pads, Recording* own) const;
+    // Records what follows a press of the pads list[first] .. list[last - 1]. own: see PressKernel::record().
+    void record(VkCommandBuffer, size_t binding, const model::PadList& list, size_t first, size_t last,
+                Recording* own) const;
     double work_of_pad() const { return work_; }
     bool copies() const { return !picks_.empty(); } // a press ends with a copy
 
@@ -57,7 +58,7 @@ class SpreadKernel {
     }
     void add(size_t pass, Use, int radius, bool coarser);
     void plan(const model::StreamedSkin&, int quantity, const Part& response);
-    void pick(const model::StreamedSkin&, const model::ResponseLayout&, int quantity, const Part& field);
+    void pick(const model::StreamedSkin&, const model::ResponseLayout&, const std::array<Part, REDUCED_MAPS>& fields);
 
     const DeviceTable& device_;
     const int pads_;
@@ -70,7 +71,7 @@ class SpreadKernel {
     std::map<Specialization, Kernel> kernels_;
     std::vector<std::vector<Use>> passes_; // one after another
     double work_ = 0;
-    std::vector<VkBufferCopy> picks_; // of sites, from fields in the scratch memory to the response
+    std::vector<VkBufferCopy> picks_; // of sites, from fields in the scratch memory to the response, pad by pad
     struct Copy {
         VkBuffer from, to;
         std::vector<VkBufferCopy> regions;
