@@ -123,7 +123,7 @@ int main(int, char** arguments) {
     if (way == "forked") {
         const pid_t child = fork();
         if (child == 0 && world.device->info().kind != "software") _exit(0); // see dermis/device.hpp
-        if (child == 0) return 0; // with the parent's skin
+        if (child == 0) return 0;                                            // with the parent's skin
         int status = -1;
         waitpid(child, &status, 0);
         return status != 0;

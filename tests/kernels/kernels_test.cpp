@@ -100,7 +100,8 @@ TEST_CASE("what is below 2^-64 is stored as +0, what is not is kept") {
 }
 
 TEST_CASE("modules need no capability but Shader, and declare the rules of floats that a device offers") {
-    constexpr uint32_t shader = 1, keeps_nans = 4466, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
+    constexpr uint32_t shader = 1, keeps_nans = 4466, rounding_mode_rte = 4467, op_capability = 17,
+                       op_execution_mode = 16;
     constexpr uint32_t sampled_buffer = 46; // every device has it, but modules for hardware do without
     // The order of a module's first instructions: capabilities, extensions, imports, memory model, entry points, modes.
     const std::vector<uint32_t> order = {op_capability, 10, 11, 14, 15, op_execution_mode};

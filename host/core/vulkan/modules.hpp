@@ -26,7 +26,8 @@ Module fibres_module();
 // The rules of floats of 32 bits that a device offers, and that kernels then declare.
 struct FloatRules {
     bool rounds_to_even = false; // shaderRoundingModeRTEFloat32
-    bool keeps_nans = false;     // shaderSignedZeroInfNanPreserveFloat32: else a compiler may take NaN and infinity for none
+    bool keeps_nans =
+        false; // shaderSignedZeroInfNanPreserveFloat32: else a compiler may take NaN and infinity for none
 };
 
 // The words of a module that also declares these rules.

@@ -21,9 +21,9 @@ struct RowWindow {
 };
 
 struct WindowOptions {
-    int first, last;    // the rows that are computed; `last` is exclusive
-    int planes;         // rows of a map for each row of cells
-    double work;        // of a cell (see DeviceTable::most_work)
+    int first, last; // the rows that are computed; `last` is exclusive
+    int planes;      // rows of a map for each row of cells
+    double work;     // of a cell (see DeviceTable::most_work)
     // The rows of a workgroup. Every window but the last has a multiple of them: a workgroup that reached into the next
     // window would write its rows from cells that are not bound.
     int group_rows = 1;
