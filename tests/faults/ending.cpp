@@ -122,8 +122,9 @@ int main(int, char** arguments) {
     if (way == "twice") global.device.reset(), global.open(), world.press(); // the first device is held by nothing
     if (way == "forked") {
         const pid_t child = fork();
-        if (child == 0 && world.device->info().kind != "software") _exit(0); // see dermis/device.hpp
-        if (child == 0) return 0;                                            // with the parent's skin
+        // With the parent's skin; on hardware without the handlers of exit() (dermis/device.hpp).
+        if (child == 0 && world.device->info().kind != "software") _exit(0);
+        if (child == 0) return 0;
         int status = -1;
         waitpid(child, &status, 0);
         return status != 0;

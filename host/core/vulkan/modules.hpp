@@ -23,11 +23,11 @@ Module halve_module(bool texels);
 Module spread_module(bool texels);
 Module fibres_module();
 
-// The rules of floats of 32 bits that a device offers, and that kernels then declare.
+// The rules of floats of 32 bits that a device offers, and that kernels then declare. Without the second a compiler may
+// take NaN and infinity for other numbers.
 struct FloatRules {
     bool rounds_to_even = false; // shaderRoundingModeRTEFloat32
-    bool keeps_nans =
-        false; // shaderSignedZeroInfNanPreserveFloat32: else a compiler may take NaN and infinity for none
+    bool keeps_nans = false;     // shaderSignedZeroInfNanPreserveFloat32
 };
 
 // The words of a module that also declares these rules.
