@@ -24,12 +24,12 @@ struct DeviceInfo {
 // devices, have no timeout: no clock can tell a device that hangs from a slow or a stopped one.
 // exit() waits for the calls of other threads that use a Vulkan device, and for submitted work, before it destroys
 // static objects; each later use throws Error::device, and destructors leave the device alone. While another thread is
-// in open() or list(), exit() must not be called; Python's waits.
+// in open() or list(), neither exit() nor fork() may be called; Python's exit waits.
 // After a fork the child process can use neither the Vulkan devices nor the threads of the parent's devices: a press or
-// a run that needs them throws Error::device and never waits, and destructors leave them alone. If the parent has used
-// Vulkan, its child cannot: open() throws Error::no_device, and "auto" is the CPU path. Devices of the CPU and skins on
-// them that the child makes work. The child should end by _exit(), as Python's multiprocessing does: in exit() NVIDIA's
-// driver (580.159) stops the device of the parent.
+// a run that needs them throws Error::device and never waits, and destructors leave them alone. If the parent has
+// called open() or list() for Vulkan, then in its child open() throws Error::no_device, list() Error::device, and
+// "auto" is the CPU path. Devices of the CPU and skins on them that the child makes work. The child should end by
+// _exit(), as Python's multiprocessing does: in exit() NVIDIA's driver (580.159) stops the device of the parent.
 class DERMIS_API Device {
   public:
     // threads: 0 = one per core that the process may use (by its affinity and its control groups); 1 = only the calling

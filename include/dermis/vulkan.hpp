@@ -49,8 +49,8 @@ struct Requirements {
     uint32_t api_version = VK_API_VERSION_1_1; // least version of instance and device
     uint32_t storage_buffers = 0; // maxPerStageDescriptorStorageBuffers must be at least this (Vulkan guarantees 4)
     std::vector<const char*> required_if_offered; // device extensions to be enabled where the device has them
-    // Optional device extensions: where they are enabled, kernels declare rounding to nearest even. On Vulkan 1.2
-    // kernels do so without them.
+    // Optional device extensions: where they are enabled, kernels declare rounding to nearest even, and that NaN and
+    // infinity are kept. On Vulkan 1.2 kernels do so without them.
     std::vector<const char*> used_if_enabled;
     std::vector<const char*> used_if_enabled_instance; // optional instance extensions: labels in the command buffer
 };

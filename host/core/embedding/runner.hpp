@@ -80,7 +80,7 @@ class SkinRunner : public model::Stream {
     std::vector<std::pair<int, double>> listed_; // pads to press and their steps, ascending
     std::vector<int> numbers_;
     std::vector<double> steps_;
-    simd::Pool pool_; // copies pressures: one thread moves a tenth of what a GPU's bus does
+    simd::Pool pool_; // copies pressures: a GPU takes them faster than one thread copies them
 };
 
 } // namespace dermis::vulkan

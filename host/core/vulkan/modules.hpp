@@ -23,8 +23,7 @@ Module halve_module(bool texels);
 Module spread_module(bool texels);
 Module fibres_module();
 
-// The rules of floats of 32 bits that a device offers, and that kernels then declare. Without the second a compiler may
-// take NaN and infinity for other numbers.
+// The rules of floats that a device offers and kernels declare. Without the second a compiler may make a NaN a number.
 struct FloatRules {
     bool rounds_to_even = false; // shaderRoundingModeRTEFloat32
     bool keeps_nans = false;     // shaderSignedZeroInfNanPreserveFloat32
