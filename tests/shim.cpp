@@ -90,7 +90,7 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
 PFN_vkVoidFunction real_sets, real_barrier, real_dispatch, real_submit, real_copy, real_pipeline, real_set,
     real_constants, real_end;
 
-// A dispatch that waits for a barrier, with what was bound for it.
+// A dispatch that waits for a barrier, with the pipeline, the descriptor set and the constants that were bound for it.
 struct Dispatch {
     VkPipeline pipeline = VK_NULL_HANDLE;
     VkPipelineLayout layout = VK_NULL_HANDLE;
@@ -342,6 +342,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_address(VkInstance instance, c
 
 vulkan::Loader shimmed() {
     shim = {};
+    waiting.clear(); // of a recording that was given up
     return {instance_address, ""};
 }
 

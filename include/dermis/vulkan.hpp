@@ -19,7 +19,7 @@
 // responses at its end have the bits of dermis::Skin on the CPU. A skin at rest has states and pressure_from of zeros.
 // The next press swaps the two states and the two pressures, by another binding. A press
 //   - reads constants, state_from, pressure_from and pressure_to;
-//   - writes state_to, response and, where a pressure is not finite, invalid; with Receptors::depth it works in scratch;
+//   - writes state_to, response and, if a pressure is not finite, invalid; with Receptors::depth it works in scratch;
 //   - writes coefficients into constants if the material varies or has several elements, and for pads
 //     (SkinOptions::count). Barriers of its own order this write after the accesses of earlier presses on the queue and
 //     before its own reads; so presses of one program must then not run on two queues at once;
