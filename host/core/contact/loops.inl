@@ -125,7 +125,7 @@ inline void deepen_four(const double* size, Vec from, Vec along, const LineRow& 
     else s = within<kind>(size, from, along);
     const double deepest = l.deepest;
     // A line beside the body has no near <= far, and minus infinity may be both.
-    const Four end = (s.near <= s.far) & (s.far <= deepest) & (s.far >= -deepest) ? s.far : all(not_below);
+    const Four end = ((s.near <= s.far) & (s.far <= deepest) & (s.far >= -deepest)) ? s.far : all(not_below);
     Four held = end;
     if (n == 4) __builtin_memcpy(&held, depth, sizeof held);
     else __builtin_memcpy(&held, depth, size_t(n) * sizeof(double));
@@ -318,9 +318,9 @@ Gained add(const AddedRows& r) {
                 pressed += p, px += p * x, placed += after - before;
                 const Mask8 here = p > 0;
                 any |= here;
-                greatest = here & (after > greatest) ? after : greatest;
+                greatest = (here & (after > greatest)) ? after : greatest;
                 cells += where(here & (before == 0) & (after != 0), Eight{1, 1, 1, 1, 1, 1, 1, 1});
-                low = here & (x < low) ? x : low, high = here & (x > high) ? x : high;
+                low = (here & (x < low)) ? x : low, high = (here & (x > high)) ? x : high;
                 if (r.shear_x) put(r.shear_x + at, part_of(r.shear_x + at, n) + p * (r.drag_x - r.twist * float(j)), n);
                 if (r.shear_y) put(r.shear_y + at, part_of(r.shear_y + at, n) + p * (r.drag_y + r.twist * x), n);
             }
