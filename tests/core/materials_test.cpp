@@ -145,32 +145,6 @@ TEST_CASE("elastic and viscous cells in one skin: each kind has its impulses, th
     CHECK(r.impulses[1].probes == std::vector<double>{0, 0.25});
 }
 
-TEST_CASE("a bad material is refused with its cell") {
-    Scene s = level(3, 2);
-    const auto refused = [](const Scene& scene, const std::vector<std::string>& says) {
-        const std::string message = refusal(Error::Code::bad_input, [&] { run(scene, Device::cpu()); });
-        for (const std::string& part : says) CHECK_MESSAGE(message.find(part) != std::string::npos, message);
-    };
-    s.material.modulus_map = {1, 2, 3, 4, -5, 6};
-    refused(s, {"material.modulus = -5 in cell [1, 1]", ">= 0"});
-    s.material.modulus_map.edit()[4] = NAN;
-    refused(s, {"material.modulus = nan in cell [1, 1]", "finite"});
-    s.material.modulus_map.edit().pop_back();
-    refused(s, {"material.modulus = 5", "6 cells"});
-    s.material.modulus_map = {1, 2, 0, 4, 5, 6};
-    s.material.viscosity_map = {1, 1, 0, 1, 1, 1};
-    refused(s, {"material.viscosity = 0 in cell [2, 0]", "modulus is 0"});
-    s.material.modulus_map.edit()[2] = 1;
-    s.receptors.fa2 = Fa2::point;
-    refused(s, {"material.viscosity = 0 in cell [2, 0]", "step-mean"});
-    s.receptors.fa2.reset();
-    s.material.viscosity_map.edit()[2] = 1e-3;
-    s.method = Method::rk4;
-    refused(s, {"time.step = 0.05", "2.785", "0.00278", "here 50 in cell [2, 0]", "allow_unstable"});
-    s.method = Method::published;
-    refused(s, {"material.modulus = (a map)", "published"});
-}
-
 TEST_CASE("a material of its own in each of thousands of cells, and all elements that a material takes: Vulkan has the "
           "bits") {
     const Validated vulkan;

@@ -335,34 +335,6 @@ TEST_CASE("frames further apart than the material takes to follow fire as the sa
     CHECK(apart(run(s).spikes, spikes) < 1e-5);
 }
 
-TEST_CASE("a bad table of fibres is refused by key, value and what is allowed") {
-    const auto has = [](const std::string& text, const std::string& part) {
-        refuses([&] { (void)plan(Scene::from_string("[[afferents]]\n" + text)); }, part);
-    };
-    has("type = \"strain\"\ncells = [[1, 2]]", "afferents[0].type = \"strain\"");
-    has("cells = [[1, 2]]\nmembrane_tme = 1", "afferents[0].membrane_tme = 1; no such key here");
-    has("cells = [[1, 2]]\ngains = [[1, 2], [3, 4], [5, 6], [7, 8]]",
-        "afferents[0].gains = 4 items; allowed: at most 3");
-    has("cells = [[1, 2]]\ngains = [1]", "afferents[0].gains = 1; allowed: two numbers");
-    has("cells = [[1, 2]]\n[material]\nelements = [{ modulus = 1, viscosity = 1 }]\ndashpot = 2\n[receptors]\nfollow = "
-        "{ sa1 = \"stress\" }",
-        "\"stress\"");
-    has("cells = [[1, 2]]\nfollow = \"stress\"\n[material]\nelements = [{ modulus = 1, viscosity = 1 }]\ndashpot = 2",
-        "afferents[0].follow = \"stress\"; allowed: \"strain\", unless all cells have one material");
-    Scene s = pressed_skin();
-    make_elastic(s);
-    s.material.viscosity = 1e3;
-    s.method = Method::rk4;
-    CHECK(refusal(Error::Code::bad_input, [&] { run(s); }) == "method = \"rk4\"; allowed: \"exact\" with afferents");
-    s = vibrating_skin();
-    s.load.envelope.frequency = 1e9;
-    CHECK(refusal(Error::Code::bad_input, [&] { run(s); }).find("load.frequency = 1e+09") == 0);
-    s = pressed_skin();
-    s.afferents[0].model = afferent_model(Quantity::sa1);
-    s.afferents[0].model->refractory_time = 1e-12;
-    refuses([&] { run(s); }, "allowed: at most 65536 refractory times");
-}
-
 TEST_CASE("a scene file has fibres in its sites, and keys that replace the class's numbers") {
     const Scene s =
         Scene::from_string("[sites]\n[[afferents]]\ntype = \"fa1\"\ncells = [[3, 4], [5, 6]]\nendings = 2\n"

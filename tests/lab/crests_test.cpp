@@ -104,20 +104,3 @@ TEST_CASE("a texture that slides under crests changes the force as it changes th
     const std::vector<double> even = run(s).traces[0].mean;
     CHECK(even[9] == doctest::Approx(even[5]).epsilon(0.02));
 }
-
-TEST_CASE("a contact that cannot be on crests is refused by name") {
-    const auto refused = [](auto change, const char* says) {
-        Scene s = on_ridges();
-        change(s);
-        refuses([&] { run(s); }, says);
-    };
-    refused([](Scene& s) { s.surface = {.kind = Surface::Kind::flat, .relief = 1e-5}; },
-            "load.contact = \"crests\"; allowed: \"even\" on a flat surface");
-    refused([](Scene& s) { s.load.map.edit()[121] = -1; }, "\"even\" where a cell is pulled, as [1, 1] is");
-    refused([](Scene& s) { s.load.intensity = -1; }, "where a cell is pulled");
-    refused([](Scene& s) { s.load.contact_length.reset(); }, "load.contact_length = (not given)");
-    Scene wave = on_ridges();
-    wave.surface = {.kind = Surface::Kind::wave, .relief = 1e-5, .ridge_period = 4.6e-4};
-    wave.load.contact_length.reset();
-    CHECK(run(wave).steps > 0); // its ridge period is known
-}

@@ -435,32 +435,3 @@ TEST_CASE(
     product.tolerance = 1e-9;
     CHECK(int(run(product).model) == int(Model::maps));
 }
-
-TEST_CASE("where a depth would be wrong it is refused by name") {
-    const auto refused = [](auto change, const char* part) {
-        Scene s = ridged(20, 20);
-        change(s);
-        refuses([&] { run(s); }, part);
-    };
-    refused([](Scene& s) { s.receptors.kernel = DepthKernel::strain, s.receptors.depth.sa1 = 0; },
-            "receptors.depth.sa1 = 0; allowed: m, > 0");
-    refused([](Scene& s) { s.receptors.poisson = 0.3; }, "receptors.poisson = 0.3; allowed: only with");
-    refused([](Scene& s) { s.receptors.kernel.fa2 = DepthKernel::displacement, s.receptors.depth.fa2.reset(); },
-            "receptors.kernel.fa2 = \"displacement\"; allowed: \"stress\" without a depth; in [receptors] a line "
-            "depth.fa2 = \"2 mm\" gives one, depth = \"fingertip\" those of all classes");
-    refused([](Scene& s) { s.receptors.kernel = DepthKernel::strain, s.receptors.depth = Depths(); },
-            "receptors.kernel = \"strain\"; allowed: \"stress\" without a depth");
-    refused([](Scene& s) { s.material.modulus_map = std::vector<double>(400, 1e4); }, "receptors.depth.sa1");
-    refused([](Scene& s) { s.edges = Edges::periodic; }, "curvature.edges");
-    refused(
-        [](Scene& s) {
-            s.precision = Precision::f32;
-            s.receptors.depth.sa1 = 1e-11;
-            s.output.traces = {Quantity::sa1};
-        },
-        "receptors.depth = (given); not allowed here: a Vulkan device, f32 and checks march; model \"march\": "
-        "receptors.depth = 1e-11: a march spreads to a millionth up to a million times grid.spacing");
-    refused([](Scene& s) { s.method = Method::published; }, "receptors.depth");
-    CHECK(*Scene::from_string("preset = \"fingertip\"\n[receptors]\ndepth = { sa1 = \"0.3 mm\" }\n")
-               .receptors.depth.sa1 == 3e-4);
-}

@@ -230,29 +230,14 @@ TEST_CASE("a plan says what the frames of a sequence lose, and a report at which
     CHECK(std::isnan(report(b.table, Result()).vibration.value));
 }
 
-TEST_CASE("bad sequences are refused, with file, frame and cell") {
-    std::vector<std::vector<double>> frames(4, std::vector<double>(6, 1.0));
-    const File good("good.npy", {3, 2, {}}, frames);
-    frames[2][4] = NAN;
-    const File bad("bad.npy", {3, 2, {}}, frames);
+TEST_CASE(
+    "frames may lie beside outputs, and springs have FA1 of them; what is beyond float is refused with its cell") {
+    const File good("good.npy", {3, 2, {}}, std::vector<std::vector<double>>(4, std::vector<double>(6, 1.0)));
     Scene s = small_scene(3, 2);
-    s.load.kind = Load::Kind::sequence;
-    s.load.path = good.path;
-    s.load.interval = 0.05;
+    s.load = {.kind = Load::Kind::sequence, .path = good.path, .interval = 0.05};
     s.time = {0.05, 0.4};
     CHECK(run(s, Device::cpu()).time.size() == 8);
-    const auto refused = [](const Scene& scene, const std::vector<std::string>& says) {
-        const std::string message = refusal(Error::Code::bad_input, [&] { run(scene, Device::cpu()); });
-        for (const std::string& part : says) CHECK_MESSAGE(message.find(part) != std::string::npos, message);
-    };
     Scene b = s;
-    b.load.path = bad.path;
-    refused(b, {"load.path", bad.path, "frame 2", "cell [1, 1]", "nan", "finite"});
-    b = s;
-    b.grid.width = 2;
-    b.output.probes.clear();
-    refused(b, {"(4, 2, 3)", "(frames, 2, 2)"});
-    b = s;
     b.load.interval = 0.07; // no multiple of the step
     b.receptors.fa2 = Fa2::point;
     CHECK(run(b, Device::cpu()).time.size() == 8);
@@ -260,14 +245,9 @@ TEST_CASE("bad sequences are refused, with file, frame and cell") {
     b.material.viscosity = 0;
     b.output.traces = {Quantity::fa1};
     CHECK(run(b, Device::cpu()).trace(Quantity::fa1).mean.size() == 8);
-    b = s;
-    b.load.intensity = 1e39;
-    b.precision = Precision::f32;
-    refused(b, {"load.intensity = 1e+39", "cell [0, 0]", "3.4e38"});
-    b = s;
-    b.load.kind = Load::Kind::circular;
-    refused(b, {"load.interval"});
-    b.load.interval.reset();
-    b.load.hold = Hold::parabolic;
-    refused(b, {"load.hold = \"parabolic\"; allowed: \"linear\" but with load.kind = \"sequence\""});
+    s.load.intensity = 1e39;
+    s.precision = Precision::f32;
+    const std::string why = refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); });
+    for (const char* part : {"load.intensity = 1e+39", "cell [0, 0]", "3.4e38"})
+        CHECK_MESSAGE(why.find(part) != std::string::npos, why);
 }

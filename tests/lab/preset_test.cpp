@@ -220,10 +220,6 @@ TEST_CASE("ridges have the period asked for, on a grid of any size") {
             s.surface = {.kind = kind, .noise = 0, .relief = 5e-5, .ridge_period = 6e-4};
             CHECK(run(s).cells_per_ridge == relative(12, 1e-12));
         }
-    Scene s = in_metres();
-    s.surface = {.relief = 5e-5, .ridge_period = 6e-4};
-    refuses([&] { run(s); }, "surface.ridge_period = 6e-04; allowed: only with surface.kind \"wave\", \"spiral\" or "
-                             "\"file\"");
 }
 
 TEST_CASE("FA2 is by default the mean over a step where a cell has a spring; a density asked for is refused") {

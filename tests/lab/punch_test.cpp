@@ -140,26 +140,4 @@ TEST_CASE("materials of a sweep relax as themselves below a punch") {
 TEST_CASE("a depth has the unit of a length") {
     const std::string punch = "preset = \"fingertip\"\n[load]\nkind = \"punch\"\ncontrol = \"depth\"\nintensity = ";
     CHECK(Scene::from_string(punch + "\"0.65 mm\"\n").load.intensity == doctest::Approx(6.5e-4).epsilon(1e-15));
-    refuses([&] { Scene::from_string(punch + "\"2 kPa\"\n"); }, "load.intensity = '2 kPa'; allowed: a number in m");
-}
-
-TEST_CASE("punches and followed stresses that have no meaning are refused by name") {
-    const auto refused = [](auto change, const char* says) {
-        Scene s = punched(31, 1e-4);
-        change(s);
-        refuses([&] { run(s); }, says);
-    };
-    const auto follow = [](Scene& s) { s.receptors.follow.sa1 = Signal::stress; };
-    refused([](Scene& s) { s.receptors.fa2 = Fa2::point, s.output.traces = {Quantity::fa2}; },
-            "\"step-mean\" with load.control");
-    refused([&](Scene& s) { follow(s), s.material.dashpot = 1e6; }, "a dashpot, whose stress ends at 0");
-    refused(
-        [&](Scene& s) {
-            follow(s);
-            s.material.elements.clear(), s.material.spring.reset();
-            s.material.modulus = s.material.viscosity = 1e4;
-        },
-        "without a spring in series");
-    refused([&](Scene& s) { follow(s), s.model = Model::march; }, "receptors.follow");
-    refused([&](Scene& s) { follow(s), s.precision = Precision::f32; }, "receptors.follow");
 }
