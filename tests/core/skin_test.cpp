@@ -63,8 +63,11 @@ TEST_CASE(
     "frame by frame a skin has the bits of the run of the same sequence, however many frames lie between fields") {
     const int width = 45, height = 21, frames = 40; // a march takes several frames at once
     const SkinDescription plain_skin = ridged(width, height);
-    for (const SkinDescription& d :
-         {plain_skin, chain_of_two(plain_skin, false), chain_of_two(plain_skin, true), in_depths(plain_skin)}) {
+    for (const auto& [d, hold] : {std::pair{plain_skin, Hold::linear},
+                                  {plain_skin, Hold::parabolic},
+                                  {chain_of_two(plain_skin, false), Hold::linear},
+                                  {chain_of_two(plain_skin, true), Hold::parabolic},
+                                  {in_depths(plain_skin), Hold::linear}}) {
         Scene s;
         static_cast<SkinDescription&>(s) = d;
         const std::string path = temporary("skin_sequence.npy").string();
@@ -74,6 +77,7 @@ TEST_CASE(
         s.load.kind = Load::Kind::sequence;
         s.load.path = path;
         s.load.interval = s.time.step = 0.02;
+        s.load.hold = hold;
         s.time.duration = 0.02 * frames;
         s.model = Model::march;
         s.precision = Precision::f32;
@@ -82,7 +86,7 @@ TEST_CASE(
             if (has_fields(n))
                 s.output.fields.push_back({0.02 * n, {std::begin(all_responses), std::end(all_responses)}});
         const Result run_ = run(s, Device::cpu(1));
-        SkinOptions plain{.precision = Precision::f32};
+        SkinOptions plain{.precision = Precision::f32, .hold = hold};
         Skin skin(Device::cpu(1), s, plain);
         size_t field = 0;
         for (int n = 1; n < frames; ++n) {
@@ -101,34 +105,6 @@ TEST_CASE(
             }
         }
         std::remove(path.c_str());
-    }
-}
-
-TEST_CASE("a skin of one cell answers the equation's solution under straight pressures, steps of any length") {
-    const Validated vulkan;
-    for (const Device& device : {Device::cpu(1), vulkan.device()}) {
-        SkinDescription d;
-        d.grid = {1, 1, {}};
-        d.material.modulus = 2;
-        d.material.viscosity = 0.5;
-        Skin skin(device, d);
-        const double tau = 0.25;
-        double p = 0, eps = 0, sum = 0, rate = 0;
-        for (const auto& [q, dt] : {std::pair{1.0, 0.1}, {1.0, 0.3}, {-0.5, 1e-3}, {2.0, 2.0}}) {
-            skin.press({float(q)}, dt);
-            const double slope = (q - p) / dt, decay = std::exp(-dt / tau);
-            // eps = particular + free: (p + slope*(t - tau))/E + (eps0 - (p - slope*tau)/E) e^(-t/tau)
-            const double free = eps - (p - slope * tau) / 2, before = rate;
-            const double next = (p + slope * (dt - tau)) / 2 + free * decay;
-            sum += (p * dt + slope * (dt * dt / 2 - tau * dt)) / 2 + free * tau * (1 - decay);
-            rate = slope / 2 - free / tau * decay;
-            eps = next;
-            CHECK(skin.response(Quantity::sa1)[0] == relative(eps, 2e-6));
-            CHECK(skin.response(Quantity::sa2)[0] == relative(sum, 2e-6));
-            CHECK(skin.response(Quantity::fa1)[0] == relative(rate, 5e-6));
-            CHECK(skin.response(Quantity::fa2)[0] == relative((rate - before) / dt, 2e-5));
-            p = q;
-        }
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// labels: device threads
-// Sequences: frames are samples of a continuous pressure.
+// labels: threads
+// Sequences: frames are samples of a continuous pressure. That it runs along lines or parabolas between them, at
+// outputs, fields and sites, is measured by the suite `planner`.
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"
 #include "tests/oracle/scene_files.hpp"
@@ -53,64 +54,7 @@ Both both(const std::vector<double>& values, double interval, double step) {
     return b;
 }
 
-void check_same(const Result& a, const Result& b, double tolerance) {
-    REQUIRE(a.time == b.time);
-    for (const Trace& t : b.traces) {
-        CAPTURE(name(t.quantity));
-        CHECK(difference(a.trace(t.quantity).mean, t.mean) < tolerance);
-        CHECK(difference(a.trace(t.quantity).max, t.max) < tolerance);
-        CHECK(difference(a.trace(t.quantity).probes[0], t.probes[0]) < tolerance);
-    }
-    REQUIRE(a.fields.size() == b.fields.size());
-    for (size_t i = 0; i < a.fields.size(); ++i) CHECK(difference(a.fields[i].values, b.fields[i].values) < tolerance);
-    REQUIRE(a.impulses.size() == b.impulses.size());
-    for (size_t i = 0; i < a.impulses.size(); ++i) {
-        CHECK(a.impulses[i].time == b.impulses[i].time);
-        CHECK(a.impulses[i].mean == relative(b.impulses[i].mean, tolerance));
-        CHECK(a.impulses[i].max == relative(b.impulses[i].max, tolerance));
-    }
-}
-
-const std::vector<double> wavering = {0.8, 1.1, 0.3, 0.9, -0.4, 0.2, 1.7, 1.2, 0.5};
-
 } // namespace
-
-TEST_CASE("frames of one map are a table of its values, however outputs and frames lie to each other") {
-    const Validated vulkan;
-    for (auto [interval, step, fa2] : {std::tuple{0.05, 0.05, Fa2::step_mean},
-                                       {0.05, 0.0125, Fa2::step_mean},
-                                       {0.05, 0.05, Fa2::point},
-                                       {0.04, 0.1, Fa2::point},
-                                       {0.017, 0.05, Fa2::point},
-                                       {0.13, 0.05, Fa2::point}}) {
-        CAPTURE(interval);
-        CAPTURE(step);
-        Both b = both(wavering, interval, step);
-        b.sequence.receptors.fa2 = b.table.receptors.fa2 = fa2;
-        RunOptions f64, check;
-        f64.precision = Precision::f64;
-        check.check = true;
-        const Result truth = run(b.table, Device::cpu(), f64);
-        check_same(run(b.sequence, Device::cpu(), f64), truth, 1e-12);
-        const Result device = run(b.sequence, vulkan.device(), check);
-        CHECK(device.cells_different == 0);
-        CHECK(device.cells_compared > 0);
-        check_same(device, truth, 2e-5);
-        check_same(run(b.sequence, vulkan.device()), truth, 2e-5); // many presses in one submission
-    }
-}
-
-TEST_CASE("one frame is a step; it meets a skin at rest at t = 0") {
-    Both b = both({0.7}, 1, 0.05);
-    b.sequence.receptors.fa2 = b.table.receptors.fa2 = Fa2::step_mean;
-    b.table.load.envelope = {};
-    b.table.load.intensity = 0.7;
-    RunOptions f64;
-    f64.precision = Precision::f64;
-    const Result r = run(b.sequence, Device::cpu(), f64);
-    check_same(r, run(b.table, Device::cpu(), f64), 1e-13);
-    CHECK(r.impulses.size() == 1);
-}
 
 TEST_CASE("a 250 Hz load sampled at 1 kHz has its FA2 within 1 %; held frames would lose it") {
     const double w = 2 * std::numbers::pi * 250;
@@ -146,71 +90,6 @@ TEST_CASE("a 250 Hz load sampled at 1 kHz has its FA2 within 1 %; held frames wo
     }
     CHECK(worst < 0.01 * largest);
     CHECK(held < 0.03 * largest);
-}
-
-namespace {
-
-// The strain at a time of an element under frames h apart, along a line in the first interval, parabolas in the others,
-// and held after the last: in each interval a particular solution, and what decays.
-double strain_along_parabolas(const std::vector<double>& frames, double h, double E, double eta, double time) {
-    const double tau = eta / E;
-    double eps = 0;
-    for (size_t k = 0; double(k) * h < time; ++k) {
-        const bool held = k + 1 >= frames.size();
-        const double p = held ? frames.back() : frames[k], ds = held ? 0 : frames[k + 1] - p,
-                     c = held || k == 0 ? 0 : (ds - (p - frames[k - 1])) / 2, slope = (ds - c) / h, bow = c / (h * h);
-        const auto particular = [&](double t) {
-            return (p - tau * slope + 2 * tau * tau * bow + (slope - 2 * tau * bow) * t + bow * t * t) / E;
-        };
-        const double t = std::min(h, time - double(k) * h);
-        eps = particular(t) + (eps - particular(0)) * std::exp(-t / tau);
-    }
-    return eps;
-}
-
-} // namespace
-
-TEST_CASE("along parabolas every time has the exact strain, at frames or between them, on every backend and at sites") {
-    Validated vulkan;
-    RunOptions check{.check = true};
-    const std::vector<double> values = {0.3, 1, 0.8, -0.2, 0, 0, 0.7, 1.1, 0.4, 0.9, 0.1, 0.6};
-    for (double step : {0.03, 0.01, 0.007, 0.05}) {
-        CAPTURE(step);
-        Both b = both(values, 0.03, step);
-        Scene& s = b.sequence;
-        s.load.hold = Hold::parabolic;
-        s.receptors.fa2 = Fa2::point;
-        s.material.modulus = 1.5;
-        s.material.viscosity = 0.2;
-        const std::vector<double> map = maps(s).pressure;
-        Scene at_sites = s;
-        s.model = Model::march;
-        s.precision = Precision::f64;
-        const Result r = run(s, Device::cpu());
-        for (const Field& f : r.fields) {
-            if (f.quantity != Quantity::strain) continue;
-            const double eps = strain_along_parabolas(values, 0.03, 1.5, 0.2, f.at);
-            for (size_t i = 0; i < map.size(); ++i) CHECK(f.values[i] == absolute(map[i] / values[0] * eps, 1e-13));
-        }
-        for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
-            s.precision = precision;
-            CHECK(run(s, vulkan.device(), check).cells_different == 0);
-        }
-        at_sites.output.fields.clear();
-        at_sites.output.traces.clear();
-        at_sites.output.probes.clear();
-        at_sites.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa1, {3, 4}}};
-        const Result sites = run(at_sites, Device::cpu());
-        CHECK(sites.model == Model::sites);
-        s.precision = Precision::f64;
-        s.output.fields.clear();
-        s.output.probes = {{3, 4}};
-        const Result all = run(s, Device::cpu());
-        for (size_t n = 0; n < all.time.size(); ++n) {
-            CHECK(sites.responses[2 * n] == absolute(all.trace(Quantity::sa1).probes[0][n], 1e-12));
-            CHECK(sites.responses[2 * n + 1] == absolute(all.trace(Quantity::fa1).probes[0][n], 1e-11));
-        }
-    }
 }
 
 TEST_CASE("a plan says what the frames of a sequence lose, and a report at which frequency they lose a tenth") {

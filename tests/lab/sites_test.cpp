@@ -63,29 +63,6 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
         }
 }
 
-TEST_CASE("sites under a sequence see their frames") {
-    Scene s = small_scene(16, 16);
-    const auto path = temporary("sites.npy");
-    std::vector<std::vector<double>> frames(3, std::vector<double>(256));
-    for (int i = 0; i < 3 * 256; ++i) frames[size_t(i / 256)][size_t(i % 256)] = std::sin(i);
-    oracle::write_frames(path, s.grid, frames);
-    s.load.kind = Load::Kind::sequence;
-    s.load.path = path.string();
-    s.load.interval = 0.1;
-    s.output.probes.clear();
-    Scene field = s;
-    field.output.fields = {{0.35, {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}}};
-    s.output.traces.clear();
-    s.sites = {{Quantity::fa1, {3, 4}}, {Quantity::fa2, {15, 0}}};
-    RunOptions f64;
-    f64.precision = Precision::f64;
-    const Result a = run(s, Device::cpu(), f64), b = run(field, Device::cpu(), f64);
-    CHECK(int(a.model) == int(Model::sites));
-    CHECK(a.responses[7 * 2] == b.fields[2].values[4 * 16 + 3]);
-    CHECK(a.responses[7 * 2 + 1] == b.fields[3].values[15]);
-    std::filesystem::remove(path);
-}
-
 TEST_CASE("a population has the densities asked for, anywhere alike, and is the same for the same seed") {
     Grid g{400, 200, 50e-6}; // 2 cm2
     const std::vector<Site> sites = population(g);
