@@ -3,7 +3,6 @@
 // The shear of a skin: tractions strain the material's chain with a third of its moduli, on each backend alike.
 #include "dermis/touch.hpp"
 #include "host/core/press/device.hpp"
-#include "tests/allocations.hpp"
 #include "tests/contacts.hpp"
 #include "tests/expected.hpp"
 #include "tests/support.hpp"
@@ -256,15 +255,6 @@ TEST_CASE("SA2 of the stretch is refused where it cannot be") {
     CHECK(refused([](SkinOptions& o) { o.responses = {Quantity::sa1}; }) ==
           "sa2_stretch = (given); allowed: none where sa2 is not among the responses");
     CHECK(refused([](SkinOptions& o) { o.sa2_stretch = {NAN, 0}; }).find("sa2_stretch = ") == 0);
-}
-
-TEST_CASE("Presses with shear allocate nothing") {
-    Skin skin(Device::cpu(1), sheared_skin(), with_shear());
-    const std::vector<float> pressure = patch(1e4), both = joined(patch(2e3), patch(5e2));
-    skin.press(pressure.data(), both.data(), cells_of_pad, 1e-3);
-    const size_t before = allocations();
-    skin.press(pressure.data(), both.data(), cells_of_pad, 1e-3);
-    CHECK(allocations() == before);
 }
 
 TEST_CASE("A step that the pressure refuses leaves the shear as it was") {

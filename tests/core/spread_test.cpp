@@ -3,7 +3,6 @@
 // Receptors at depths in a skin that is pressed frame by frame: by closed forms and by scenes in f64. That they have
 // the same bits by every way is what the suite `ways` says.
 #include "host/core/model/spread.hpp"
-#include "tests/allocations.hpp"
 #include "tests/drawn_skin.hpp"
 #include "tests/support.hpp"
 
@@ -355,22 +354,4 @@ TEST_CASE("what a skin at depths cannot have is refused by name") {
             d.sites = {{Quantity::sa1, {1, 1}}}, o.shear = true;
         },
         "shear = true; allowed: false in a skin with sites");
-}
-
-TEST_CASE("a press at depths allocates nothing, with sites, fibres and a stress that is followed") {
-    SkinDescription d = deep_ridges(21, 12);
-    d.receptors.follow.sa1 = Signal::stress;
-    for (int i = 0; i < 8; ++i) d.sites.push_back({i % 2 ? Quantity::sa1 : Quantity::fa2, {2 * i, i}});
-    SkinOptions options{.count = 9};
-    options.afferents = {{.type = Quantity::sa1, .model = {}, .cells = {}},
-                         {.type = Quantity::fa2, .model = {}, .cells = {}}};
-    for (int threads : {1, 2}) {
-        Skin skin(Device::cpu(threads), d, options);
-        Random r;
-        const std::vector<float> pressure = drawn_pressure(r, 9 * 21 * 12);
-        for (int n = 0; n < 3; ++n) skin.press(pressure, 1e-3);
-        const size_t before = allocations();
-        for (int n = 0; n < 3; ++n) skin.press(pressure, 1e-3);
-        CHECK(allocations() == before);
-    }
 }

@@ -163,19 +163,6 @@ TEST_CASE("Each call takes away what the one before pressed, and allocates nothi
     for (int i = 0; i < pads * side * side; ++i) REQUIRE(touch.pressure()[i] == 0);
 }
 
-TEST_CASE("A press by a Touch allocates nothing") {
-    SkinOptions options{.count = pads};
-    Skin batch(Device::cpu(2), skin_of_pads(), options);
-    Touch touch(tip(), pads, 1e-3);
-    const Table t = table_of(3);
-    touch.add(t.poses(), t.contacts());
-    batch.press(touch, 1e-3);
-    const size_t before = allocations();
-    touch.add(t.poses(), t.contacts());
-    batch.press(touch, 1e-3);
-    CHECK(allocations() == before);
-}
-
 TEST_CASE(
     "Recorded into a command buffer, a Touch presses with the bits of its pressures, and in the bytes of its blocks") {
     const Validated vulkan;

@@ -3,6 +3,7 @@
 // One property: however a skin is pressed, its numbers have the bits of the plain way, one pad on one thread, one frame
 // a call, by plain loops. Skins, options and lists of calls are drawn at random; every way takes the same calls.
 // DERMIS_WAYS=SEED repeats one list, DERMIS_WAYS=SEED:COUNT takes COUNT of them from that seed on.
+#include "tests/allocations.hpp"
 #include "tests/way.hpp"
 
 #include <cstdlib>
@@ -340,4 +341,43 @@ TEST_CASE(
         FAIL_CHECK(what);
     }
     CHECK((spikes > 100 || std::getenv("DERMIS_WAYS")));
+}
+
+TEST_CASE("a call that a skin has taken before allocates nothing: presses of all and of some pads, by frames, cells, "
+          "tractions and a Touch, and resets") {
+    Random r;
+    size_t spikes = 0;
+    for (uint64_t n = 0; n < 200; ++n) {
+        CAPTURE(n);
+        const DrawnSkin drawn = drawn_skin(r);
+        const SkinOptions& options = drawn.options;
+        const size_t pads = size_t(options.count), cells = drawn.cells(), all = pads * cells;
+        Skin skin(cpu_with(1 + int(n % 2), n / 2), drawn.skin, options);
+        Touch touch({.width = drawn.skin.grid.width, .height = drawn.skin.grid.height, .spacing = 5e-4}, options.count,
+                    1e-3, options.shear);
+        std::vector<float> pressure(2 * all);
+        for (float& p : pressure) p = float(r.within(0, options.control == Control::depth ? 1e-3 : 1e4));
+        const std::vector<double> dt(pads, 1e-3);
+        const std::vector<int> last = {options.count - 1};
+        const size_t read = skin.cells().size();
+        const auto calls = [&] {
+            skin.reset(); // so that the same fibres fire
+            if (options.shear) return skin.press(pressure.data(), pressure.data(), all, 1e-3);
+            skin.press(pressure.data(), all, dt.data(), dt.size());
+            skin.press(pressure.data(), cells, 1e-3, last);
+            skin.press_frames(pressure.data(), 2, all, 1e-3);
+            skin.press_cells(pressure.data(), pads * read, 1e-3);
+            skin.reset(last);
+        };
+        const auto again = [&] {
+            calls();
+            if (options.control == Control::pressure) skin.press(touch, 1e-3);
+        };
+        for (int i = 0; i < 3; ++i) again();
+        const size_t before = allocations();
+        again();
+        CHECK(allocations() == before);
+        spikes += skin.spikes().size;
+    }
+    CHECK(spikes > 0);
 }
