@@ -5,10 +5,13 @@
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
 #include "host/lab/march/self_test.hpp"
+#include "tests/drawn_skin.hpp"
 #include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"
 
+#include <algorithm>
 #include <cstring>
+#include <map>
 #include <thread>
 
 using namespace test;
@@ -57,73 +60,89 @@ SkinDescription with_depths(SkinDescription d, double cells) {
     return d;
 }
 
+// A skin that a SkinProgram takes.
+DrawnSkin drawn_program(Random& r) {
+    DrawnSkin drawn;
+    do drawn = drawn_skin(r);
+    while (drawn.large() || drawn.skin.receptors.follow.sa1 == Signal::stress);
+    SkinOptions& o = drawn.options;
+    o.hold = Hold::linear, o.control = Control::pressure, o.shear = false;
+    o.sa2_stretch.reset(), o.afferents.clear();
+    return drawn;
+}
+
 std::string refused(auto&& call) { return refusal(Error::Code::bad_input, call); }
 
 bool says(const std::string& message, const char* what) { return message.find(what) != std::string::npos; }
 
 } // namespace
 
-TEST_CASE("presses in a host's command buffer give the CPU's bits and touch nothing else") {
+TEST_CASE("drawn skins in a host's command buffer have the CPU's bits, pads that are not pressed keep theirs, presses "
+          "without "
+          "responses leave them unwritten, and nothing else is touched") {
     const Validated vulkan;
     Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
-    for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
-                                         {Stencil::fourth_order, Edges::periodic},
-                                         {published_stencil, published_edges}})
-        for (int width : {64, 67}) {
-            const SkinDescription d = ridged(width, 19, stencil, edges);
-            check_presses(context, d);
-            check_presses(context, with_materials(d));
-            check_presses(context, with_sites(d, 50));
-            check_presses(context, with_sites(with_materials(d), 50));
-            check_presses(context, with_chain(d));
-            check_presses(context, with_chain(with_materials(d)));
-            check_presses(context, with_sites(with_chain(with_materials(d)), 50));
+    constexpr int frames = 4;
+    Random r;
+    for (int n = 0; n < (night() ? 600 : 60); ++n) {
+        const DrawnSkin drawn = drawn_program(r);
+        CAPTURE(words_of(drawn));
+        const int pads = drawn.options.count;
+        Host host(context, drawn.skin, frames, drawn.options);
+        Skin skin(Device::cpu(1), drawn.skin, drawn.options);
+        vulkan::Recording recording(context);
+        const VkCommandBuffer commands = recording.commands();
+        std::vector<int> lists[frames + 1];
+        std::map<Quantity, std::vector<float>> expected[frames + 1]; // nothing for a press without responses
+        for (int i = 1; i <= frames; ++i) {
+            std::vector<int>& list = lists[i];
+            std::vector<float> all, pressed;
+            for (int pad = 0; pad < pads; ++pad) {
+                std::vector<float> one = frame(drawn.skin, i + pad);
+                for (float& p : one) p *= 1e3f;
+                all.insert(all.end(), one.begin(), one.end());
+                if (pads > 1 && i % 2 == 0 && chance(r, 0.5)) continue;
+                list.push_back(pad);
+                pressed.insert(pressed.end(), one.begin(), one.end());
+            }
+            std::vector<double> dt(list.size() + 1, r.decades(-4, -1)); // one more, for a press of no pad
+            const bool alike = pads == 1 || chance(r, 0.5);
+            for (double& step : dt)
+                if (!alike) step = chance(r, 0.1) ? 0 : r.decades(-4, -1);
+            host.set_pressure(i, all);
+            const Binding binding = host.bindings[size_t(i - 1)];
+            const auto which = i == frames || chance(r, 0.6) ? vulkan::Answers::all : vulkan::Answers::none;
+            REQUIRE((pads == 1 ? host.program.record_press(commands, binding, dt[0], {}, which)
+                               : host.program.record_press(commands, binding, list, dt.data(), alike ? 1 : list.size(),
+                                                           {}, which)));
+            barrier(context, commands, host.program);
+            skin.press(pressed.data(), pressed.size(), dt.data(), list.size(), pads == 1 ? Pads() : Pads(list));
+            for (Quantity q : drawn.responses())
+                if (which == vulkan::Answers::all) expected[i][q] = answers(skin, q);
         }
-    SkinOptions lean{.responses = {Quantity::fa1}};
-    check_presses(context, ridged(64, 19), lean);
-    for (const double depth : {0.7, 4.0}) {
-        const SkinDescription deep = with_depths(ridged(67, 19), depth);
-        check_presses(context, deep);
-        check_presses(context, with_depths(with_chain(ridged(9, 7, Stencil::fourth_order)), depth), lean);
-        check_presses(context, with_depths(ridged(8, 5), depth));
-        check_presses(context, with_sites(deep, 50));
+        for (const std::vector<int>& wrong : {std::vector<int>{1, 0}, {pads}}) {
+            const double dt = 0.1;
+            if (pads > 1) CHECK(!host.program.record_press(commands, host.bindings[0], wrong, &dt, 1));
+        }
+        context.barrier(commands);
+        recording.submit();
+        for (int i = 1; i <= frames; ++i)
+            for (Quantity q : drawn.responses()) {
+                CAPTURE(i);
+                CAPTURE(name(q));
+                const std::vector<float> got = host.response(i, q), &right = expected[i][q];
+                if (right.empty()) {
+                    CHECK(std::ranges::count(got, 0.0f) == std::ptrdiff_t(got.size()));
+                    continue;
+                }
+                REQUIRE(got.size() == right.size());
+                const size_t each = got.size() / size_t(pads);
+                for (const int pad : lists[i])
+                    CHECK(std::memcmp(&got[size_t(pad) * each], &right[size_t(pad) * each], each * sizeof(float)) == 0);
+            }
+        CHECK(host.not_finite() == 0);
+        CHECK(host.untouched_around());
     }
-    SkinDescription one = ridged(30, 9);
-    one.sites = {{Quantity::sa2, {29, 8}}};
-    check_presses(context, one);
-}
-
-TEST_CASE("presses without responses leave them unwritten, and the one that ends several frames has the CPU's bits") {
-    const Validated vulkan;
-    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
-    for (const SkinDescription& d : {ridged(40, 19), with_sites(with_chain(ridged(40, 19)), 50),
-                                     with_depths(ridged(40, 19), 2), with_sites(with_depths(ridged(40, 19), 2), 50)})
-        for (const int pads : {1, 3}) {
-            SkinOptions options{.count = pads};
-            Host host(context, d, 4, options);
-            Skin skin(Device::cpu(1), d, options);
-            vulkan::Recording recording(context);
-            const VkCommandBuffer commands = recording.commands();
-            for (int i = 1; i <= 4; ++i) {
-                std::vector<float> all;
-                for (int pad = 0; pad < pads; ++pad)
-                    for (float p : frame(d, i + pad)) all.push_back(p);
-                host.set_pressure(i, all);
-                skin.press(all, 0.01);
-                const Binding binding = host.bindings[size_t(i - 1)];
-                const auto answers = i < 4 ? vulkan::Answers::none : vulkan::Answers::all;
-                const double dt = 0.01;
-                REQUIRE((pads == 1 ? host.program.record_press(commands, binding, dt, {}, answers)
-                                   : host.program.record_press(commands, binding, {}, &dt, 1, {}, answers)));
-                barrier(context, commands, host.program);
-            }
-            recording.submit();
-            for (Quantity q : all_responses) {
-                CHECK(host.response(4, q) == answers(skin, q));
-                for (int i = 1; i < 4; ++i)
-                    for (float x : host.response(i, q)) CHECK(x == 0);
-            }
-        }
 }
 
 TEST_CASE("a grid beyond what a device binds at once is pressed in bands of rows, in any order: the same bits") {

@@ -29,8 +29,7 @@ QUICK_SHIMS = ["noncoherent", "least", "few_buffers", "contracting"]
 # Cases that together use every kind of buffer, submission and limit.
 QUICK = {
     "device": "the canary*",
-    "embedding": "timestamps*,nothing of sites*",
-    "pads": "pads in a host's*",
+    "embedding": "timestamps*,nothing of sites*,drawn skins in a host's*",
     "sites": "*",
     "skin": "a pause keeps*",
 }
@@ -38,12 +37,12 @@ QUICK = {
 VERDICTS = {"few_buffers": "maxPerStageDescriptorStorageBuffers = 4; 12 are needed", "contracting": "; NOT exact"}
 # Cases that claim equal bits, or that "vulkan" takes the device: not on one whose bits differ and which has to be named.
 CLAIMS_OF_BITS = [
-    "*bits*", "*bit for bit*", "*ring of results*", "a check takes any NaN*", "a caller's rounding*", "*is counted",
+    "*bits*", "*bit for bit*", "a check takes any NaN*", "a caller's rounding*", "*is counted",
     "the recorded check*", "requirements are data*", "programs on several devices*", "a device that fails in one*",
-    "auto takes no software*", "a submission that fails*", "frames of one map*",
+    "auto takes no software*", "a submission that fails*",
     "a model that cannot serve*", "long runs: plain float*", "from press to press nothing*", "skins on threads*",
     "a press of pads*", "a trial of a host's code*", "dermis run writes*",
-    "bad input: one line*", "dermis devices lists*", "a summary says*", "bench says how long*", "along parabolas*",
+    "bad input: one line*", "dermis devices lists*", "a summary says*", "bench says how long*",
     "a press uploads*", "frames whose submission*", "small pads share*",
     "what fails in a press*", "fibres of a skin*", "fibres on sites*",
     "a device gives the CPU path's spikes*", "a press of fibres is cut*", "progress ends a press*", "a skin fires fields*",
