@@ -347,7 +347,7 @@ TEST_CASE("a call that a skin has taken before allocates nothing: presses of all
           "tractions and a Touch, and resets") {
     Random r;
     size_t spikes = 0;
-    for (uint64_t n = 0; n < 200; ++n) {
+    for (uint64_t n = 0; n < 120; ++n) {
         CAPTURE(n);
         const DrawnSkin drawn = drawn_skin(r);
         const SkinOptions& options = drawn.options;

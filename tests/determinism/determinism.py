@@ -122,9 +122,8 @@ def main():
     for name, arguments, variables in ON_CPU + OTHER_LIBRARY:
         if wanted(f"cpu: {name}"):
             table.row(f"cpu: {name}", hashes([options.program, *arguments.split()], variables), variables == NO_FUSED)
-    if wanted("cpu: repeats"):
-        repeats = REPEATS if everything else 5
-        table.row(f"cpu: {repeats} repeats", common([hashes([options.program]) for _ in range(repeats)]))
+    if everything and wanted("cpu: repeats"):  # by day the rows above are as many
+        table.row(f"cpu: {REPEATS} repeats", common([hashes([options.program]) for _ in range(REPEATS)]))
     for name, before, other_library in PROCESSORS if everything else []:
         if wanted(f"cpu: {name}"):
             table.row(f"cpu: {name}", hashes([*before.split(), options.program]), other_library)
