@@ -259,38 +259,3 @@ TEST_CASE("steps taken together by bands of rows have the bits of steps taken on
         }
     }
 }
-
-TEST_CASE("what moments and estimates are made of has the same bits on every instruction set") {
-    std::mt19937 random(6);
-    std::uniform_real_distribution<double> number(-1, 1);
-    for (int n : {1, 7, 16, 150, 1031}) {
-        std::vector<double> maps(size_t(n) * 4), plain, other;
-        for (double& v : maps) v = number(random);
-        const double* m = maps.data();
-        const auto all = [&](const simd::Isa& isa) {
-            std::vector<double> out(size_t(n) * 14);
-            double* o = out.data();
-            const auto row = [&](int i) { return o + i * n; };
-            isa.moments(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1),
-                        {.p = {row(2), row(3)},
-                         .a = {row(4), row(5)},
-                         .b = {row(6), row(7)},
-                         .least = row(8),
-                         .greatest = row(13)});
-            std::vector<double> lean(size_t(3 * n)), rest(size_t(3 * n));
-            const auto sums = [&](int i) { return simd::LongSums{lean.data() + i * n, rest.data() + i * n}; };
-            isa.means(m, m + n, m + 2 * n, n, 0.3, 1.7,
-                      {.p = sums(0), .a = sums(1), .b = sums(2), .least = nullptr, .greatest = nullptr});
-            for (int x = 0; x < n; ++x) // of one row, from nothing
-                REQUIRE((lean[size_t(x)] == m[x] && lean[size_t(n + x)] == row(0)[x] &&
-                         lean[size_t(2 * n + x)] == row(1)[x]));
-            simd::HalfPlane edges[simd::polygon_edges];
-            for (int e = 0; e < simd::polygon_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
-            const bool outside = isa.outside(m, m + n, n, edges, row(12));
-            const bool kinked = isa.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11));
-            out.insert(out.end(), {double(outside), double(kinked)});
-            return out;
-        };
-        for (const simd::Isa* isa : simd::isas()) CHECK(same(all(*isa), all(simd::plain)));
-    }
-}
