@@ -71,10 +71,12 @@ TEST_CASE("noncoherent: the host and the device see each other's bytes where a r
     Buffer coherent(c, Unchosen::bytes, Buffer::Location::host); // the library's own choice
     const auto* seen = static_cast<const unsigned char*>(coherent.data());
     CHECK(memory.data[0] == 0xcd);
+    const VkMappedMemoryRange range = memory.range();
+    memory.data[0] = 3; // the device's memory holds anything before
+    CHECK(c.calls().vkFlushMappedMemoryRanges(c.device(), 1, &range) == VK_SUCCESS);
     memory.data[0] = 1;
     copy(c, memory.buffer, coherent.handle());
-    CHECK(seen[0] != 1);
-    const VkMappedMemoryRange range = memory.range();
+    CHECK(seen[0] == 3);
     CHECK(c.calls().vkFlushMappedMemoryRanges(c.device(), 1, &range) == VK_SUCCESS);
     copy(c, memory.buffer, coherent.handle());
     CHECK(seen[0] == 1);
