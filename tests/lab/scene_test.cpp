@@ -161,6 +161,8 @@ fields = [{ at = "0.9 ms", what = ["sa1"] }]
     CHECK(s.output.fields[0].at == 0.9e-3);
     CHECK(Scene::from_string("[load]\nenvelope = \"sine\"\nfrequency = \"0.25 kHz\"\nphase = \"5 mrad\"")
               .load.envelope.frequency == 250);
+    const Scene zero = Scene::from_string("[load]\nintensity = \"0e9223372036854775807 kPa\""); // 0 has any exponent
+    CHECK(zero.load.intensity == 0);
 }
 
 TEST_CASE("an override is one key and one value on one line, with or without blanks") {

@@ -98,6 +98,7 @@ class Results {
 
     // Fills the sample of each step recorded since the last call, after the submission.
     void hand_over() {
+        if (samples_.empty()) return; // no thread is woken
         const auto* map = static_cast<const f32::Summary*>(summaries_->data());
         for (model::Sample* sample : samples_) sample->points.assign(REDUCED_MAPS * probes(), 0);
         pool_.share(static_cast<long long>(samples_.size() * REDUCED_MAPS), [&](long long first, long long last) {

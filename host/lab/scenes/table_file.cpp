@@ -6,7 +6,6 @@
 #include "host/lab/scenes/units.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 namespace dermis::scene {
 namespace {
@@ -29,7 +28,7 @@ std::string quoted(std::string_view text) {
 bool is_number(std::string_view word) {
     double x = 0;
     word = without_plus(word);
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), x);
+    const auto [end, error] = leading_number(word, x);
     return error != std::errc::invalid_argument && end == word.data() + word.size();
 }
 

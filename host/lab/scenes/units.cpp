@@ -5,7 +5,6 @@
 #include "host/lab/scenes/key_rows.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
@@ -47,10 +46,19 @@ std::optional<int> exponent_of(const std::string& text, std::string_view unit) {
     return {};
 }
 
+std::optional<int> whole(double cells) {
+    if (!(std::abs(cells) <= 1e9)) return {};
+    return int(cells);
+}
+
 } // namespace
 
+std::from_chars_result leading_number(std::string_view text, double& value) {
+    return std::from_chars(text.data(), text.data() + text.size(), value);
+}
+
 bool read_number(std::string_view text, double& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const auto [end, error] = leading_number(text, value);
     return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
 }
 
@@ -66,28 +74,16 @@ std::optional<double> number_in_unit(std::string_view of, const std::string& tex
     const std::string_view signless = without_plus(all);
     const char *const first = signless.data(), *const last = first + signless.size();
     double value = 0;
-    const auto [unit, wrong] = std::from_chars(first, last, value);
+    const auto [unit, wrong] = leading_number(signless, value);
     const std::optional<int> power = exponent_of(with_blanks({unit, last}), of);
     if (!can_be_in(of) || wrong != std::errc() || unit == last || !std::isfinite(value) || !power) return {};
     // The prefix joins the decimal exponent, so that the number is rounded once.
-    const std::string number(first, unit);
-    const size_t e = number.find_first_of("eE");
-    const long written = e == number.npos ? 0 : std::strtol(number.c_str() + e + 1, nullptr, 10);
+    const std::string number = std::string(first, unit) + "e0"; // the exponent of a number without one
+    const size_t e = number.find_first_of("eE");                // 0 may have one that is beyond a long
+    const long written = std::clamp(std::strtol(number.c_str() + e + 1, nullptr, 10), -1000000000L, 1000000000L);
     const std::string shifted = number.substr(0, e) + "e" + std::to_string(written + *power);
-    const char* const end = shifted.data() + shifted.size();
-    const auto [rest, error] = std::from_chars(shifted.data(), end, value);
-    if (error != std::errc() || rest != end) return {};
-    return value;
+    return read_number(shifted, value) ? std::optional(value) : std::nullopt;
 }
-
-namespace {
-
-std::optional<int> whole(double cells) {
-    if (!(std::abs(cells) <= 1e9)) return {};
-    return int(cells);
-}
-
-} // namespace
 
 // The quotient is rounded: without this a border could fall into the cell before it.
 std::optional<int> cell_at(double place, const Grid& grid) {

@@ -5,6 +5,7 @@
 
 #include "dermis/description.hpp"
 
+#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +23,9 @@ inline std::string trimmed(const std::string& text, const char* blanks = " ") {
 inline std::string_view without_plus(std::string_view text) {
     return text.substr(text.starts_with('+') && !text.starts_with("+-"));
 }
+
+// Reads the number that a text begins with, as std::from_chars does, which libc++ has for double from LLVM 20 on.
+std::from_chars_result leading_number(std::string_view text, double& value);
 
 // Reads a finite number, without blanks around it. Returns false where the text is something else.
 bool read_number(std::string_view text, double& value);
