@@ -79,13 +79,13 @@ struct Pads {
 //
 // Responses at a depth (Receptors::depth) differ from the sums over all cells by at most 1e-3 of the greatest |signal|
 // in the pad, times 1 + |l*C|; if the weights of those sums add up to more than 1, as a displacement's may, times what
-// they add up to. They have the same bits on the CPU and on every device. A skin with a depth, or whose SA1 follows the stress, computes all cells, whether or not
-// the description has sites.
+// they add up to. They have the same bits on the CPU and on every device. A skin with a depth, or whose SA1 follows the
+// stress, computes all cells, whether or not the description has sites.
 class DERMIS_API Skin {
   public:
-    // On Device::cpu(1) the calling thread works alone. The default of receptors.fa2 is step_mean. Throws
-    // Error::bad_input; Error::no_device if the device has other bits than the CPU path and was not asked for by name
-    // or number; Error::device.
+    // On Device::cpu(1) the calling thread works alone. On a Vulkan device up to one thread per core copies the
+    // pressures of a large skin. The default of receptors.fa2 is step_mean. Throws Error::bad_input; Error::no_device
+    // if the device has other bits than the CPU path and was not asked for by name or number; Error::device.
     Skin(const Device&, const SkinDescription&, const SkinOptions& = {});
     ~Skin();
     Skin(Skin&&) noexcept;

@@ -58,7 +58,8 @@ void need_same_bits(Gpu& gpu, dermis::vulkan::SkinProgram& skin, VkCommandBuffer
     if (!skin.record_check(commands)) throw std::runtime_error("record_check");
     gpu.barrier(commands, scope(skin.last_access()), host_reads);
     gpu.wait(gpu.submit(commands));
-    if (!skin.check_passed(check.data, skin.memory().check.bytes)) throw std::runtime_error("the device's bits are not the CPU's");
+    if (!skin.check_passed(check.data, skin.memory().check.bytes))
+        throw std::runtime_error("the device's bits are not the CPU's");
 }
 
 // The memory of the frames in flight.
