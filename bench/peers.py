@@ -188,8 +188,12 @@ def prepare_device_frames(n):
         return
     for method, press in (("eager", torch_frame), ("compiled", torch.compile(torch_frame))):
         small, large = TorchFrames(512, press), TorchFrames(int(n), press)
-        small.run(CHECKED)
-        large.run(CHECKED)
+        try:
+            small.run(CHECKED)
+            large.run(CHECKED)
+        except Exception as error:  # as torch.compile raises where there is no C compiler: all other rows are still measured
+            print(f"peers: torch, {method}, is left out: {error}", file=sys.stderr)
+            continue
         errors = [np.abs(found.cpu().numpy() - x).max() / np.abs(x).max()
                   for found, x in zip(small.maps[2:], small.scene.exact())]
         WORK["torch", method] = large.run
