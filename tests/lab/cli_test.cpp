@@ -111,7 +111,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
 }
 
 TEST_CASE(
-    "a driver's file that is not JSON is named as the cause, and auto uses the CPU; devices and runs tell the uuid") {
+    "a driver's file that is not JSON is found by what the error says; auto uses the CPU; devices tell the uuid") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small), broken = folder.write("icd.json", "no JSON"),
                       icds = "VK_DRIVER_FILES=" + broken + " VK_ICD_FILENAMES=" + broken;
