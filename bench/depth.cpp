@@ -6,11 +6,8 @@
 #include "host/lab/schedule/half_space.hpp"
 
 #include <algorithm>
-#include <complex>
 #include <set>
 #include <stdexcept>
-
-#include <kissfft/kissfft.hh>
 
 namespace bench {
 
@@ -128,47 +125,6 @@ class Pyramid {
     cpu::Spreading<f32> spreading_;
 };
 
-// Two maps at once, as real and imaginary part, in float; weights are transformed once. n: 2n has small factors alone.
-class Transforms {
-  public:
-    Transforms(int n, const std::vector<double>& sums)
-        : n_(n), side_(2 * n), plane_(size_t(side_ * side_)), row_(size_t(side_)) {
-        for (int y = 1 - n; y < n; ++y)
-            for (int x = 1 - n; x < n; ++x)
-                at((x + side_) % side_, (y + side_) % side_) =
-                    float(sums[size_t(std::abs(y) * n + std::abs(x))]) / float(side_ * side_);
-        along(forward_, side_, 1, side_), along(forward_, side_, side_, 1);
-        for (const auto& w : plane_) weights_.push_back(w.real());
-    }
-    void spread(const float* a, const float* b, float* to_a, float* to_b) {
-        std::ranges::fill(plane_, 0);
-        for (int y = 0; y < n_; ++y)
-            for (int x = 0; x < n_; ++x) at(x, y) = {a[y * n_ + x], b[y * n_ + x]};
-        along(forward_, n_, 1, side_), along(forward_, side_, side_, 1);
-        for (size_t i = 0; i < plane_.size(); ++i) plane_[i] *= weights_[i];
-        along(backward_, side_, side_, 1), along(backward_, n_, 1, side_);
-        for (int y = 0; y < n_; ++y)
-            for (int x = 0; x < n_; ++x) to_a[y * n_ + x] = at(x, y).real(), to_b[y * n_ + x] = at(x, y).imag();
-    }
-
-  private:
-    std::complex<float>& at(int x, int y) { return plane_[size_t(y * side_ + x)]; }
-    // Transforms lines of numbers that are `step` apart; lines are `next` apart.
-    void along(kissfft<float>& transform, int lines, int step, int next) {
-        std::vector<std::complex<float>> turned(row_);
-        for (int line = 0; line < lines; ++line) {
-            std::complex<float>* const first = plane_.data() + line * next;
-            for (int i = 0; i < side_; ++i) row_[size_t(i)] = first[i * step];
-            transform.transform(row_.data(), turned.data());
-            for (int i = 0; i < side_; ++i) first[i * step] = turned[size_t(i)];
-        }
-    }
-    const int n_, side_;
-    std::vector<std::complex<float>> plane_, row_;
-    std::vector<float> weights_;
-    kissfft<float> forward_{size_t(side_), false}, backward_{size_t(side_), true};
-};
-
 // Ways to spread a class to a depth, each with its error and its time for a map of 200 x 200 cells.
 class Ways {
   public:
@@ -184,14 +140,6 @@ class Ways {
         });
     }
     void add_transforms() {
-        auto in_float = std::make_shared<Transforms>(n, sums_);
-        auto from = std::make_shared<std::vector<float>>(cells), to = std::make_shared<std::vector<float>>(2 * cells);
-        const auto spread = [=] { in_float->spread(from->data(), from->data(), to->data(), to->data() + cells); };
-        (*from)[pressed] = 1;
-        spread();
-        add("fft-float", "f32", error_of(to->data(), n, x, y, sums_), 2, [=] { return seconds_of(spread); });
-        all_.back().row.backend = "kissfft";
-        all_.back().row.exact = false;
         const auto long_double = [this] { return model::stresses_of(map_, grid_, {&space_, &space_}, pool_); };
         add("fft-long-double", "f64", error_of(long_double()[1].data(), n, x, y, sums_), 2,
             [=] { return seconds_of(long_double); });

@@ -3,13 +3,13 @@
 Love's sums, for each way that a user can have."""
 import numpy as np
 
-from drawing import BLUE, GREEN, PURPLE, figure, logarithmic, rule
+from drawing import BLUE, GREEN, figure, logarithmic, rule
 from page import of, small
 
 CLASSES = {6: "SA1", 10: "FA1", 22: "SA2", 40: "FA2"}  # of a fingertip, by depth over spacing where a cell is 0.05 mm
 BOUND = 1e-3  # spread_error (host/core/model/spread.hpp)
 WAYS = {  # what takes it, and a colour
-    "pyramid": ("pyramid: frames,\nand a Skin", BLUE), "fft-float": ("FFT in float:\nnot offered", PURPLE),
+    "pyramid": ("pyramid: frames,\nand a Skin", BLUE),
     "fft-long-double": ("FFT, long double:\na map times an\nenvelope, once a run", "black"), "sums": ("direct sums:\na cell of a site", GREEN)}
 
 
@@ -29,7 +29,7 @@ def depth(rows):
                             width_ratios=(1.25, 1))
     cost, by_depth = axes
     logarithmic(cost)
-    places = {"pyramid": (8, -4), "fft-float": (8, 0), "fft-long-double": (-20, 34), "sums": (8, 28)}
+    places = {"pyramid": (8, -4), "fft-long-double": (-20, 34), "sums": (8, 28)}
     for way, (words, colour) in WAYS.items():
         _, error, ns = line(rows, way)
         cost.plot(ns, error, "o", color=colour, alpha=0.7)
@@ -57,5 +57,4 @@ def claims(rows):
     return {f"the pyramid keeps its promise of 1e-3 at every depth: {small(error['pyramid'])}": max(
         error["pyramid"], error["pyramid-strain"]) < BOUND,
         "it is no better than 1e-4 at SA1's depth, so that it is a choice": line(rows, "pyramid")[1].max() > 1e-4,
-        "FFT in float is off by at most 1e-5": error["fft-float"] < 1e-5,
         "FFT in long double and direct sums by at most 1e-15": max(error["fft-long-double"], error["sums"]) < 1e-15}

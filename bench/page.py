@@ -131,7 +131,7 @@ def drivers(rows):
 
 def peers(rows):
     there = sorted({f"{r['driver']} {r['driver_version']}".strip() for r in rows
-                    if r["backend"] in ("numba", "numpy", "cvode", "lsoda") and r["status"] == "ok"})
+                    if r["backend"] in ("numba", "numpy", "cvode") and r["status"] == "ok"})
     missing = sorted({r["backend"] for r in rows if r["status"] == "not installed"})
     return ("; ".join(there) or "none") + ("; not installed: " + ", ".join(missing) if missing else "")
 
@@ -323,7 +323,7 @@ def depths(rows):
 
 
 def depth_errors(rows):
-    names = {"pyramid": "pyramid, stress", "pyramid-strain": "pyramid, strain", "fft-float": "FFT, float",
+    names = {"pyramid": "pyramid, stress", "pyramid-strain": "pyramid, strain",
              "fft-long-double": "FFT, long double", "sums": "direct sums, double"}
     return table(["way", *(f"z/h = {z}" for z in Z)], [[text, *("".join(
         f"{small(number(r['err_sa1']))} in {num(r['ns'])} ns" for r in of(rows, "depth-errors", model=way, method=f"z/h={z}"))

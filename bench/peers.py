@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The peers in Python. dermis-bench asks them over pipes, so that they run in the same rounds as the library (peers.hpp).
 
-It sends lines. `prepare frames N`, `prepare device_frames N`, `prepare study STEPS`, `prepare creep FREQUENCY` and `prepare spikes FIBRES` are
-answered by a line for each peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the greatest ones by
-the greatest value, against the same model in double or a closed form. `run NAME METHOD COUNT` is answered by seconds.
+It sends lines. `prepare frames N`, `prepare device_frames N`, `prepare study STEPS` and `prepare spikes FIBRES` are answered
+by a line for each peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the
+greatest ones by the greatest value, against the same model in double. `run NAME METHOD COUNT` is answered by seconds.
 """
 import sys
 import time
@@ -15,11 +15,6 @@ try:
     import numba_loops
 except ImportError:  # a row says so
     numba = None
-try:
-    import scipy
-    from scipy.integrate import solve_ivp
-except ImportError:
-    scipy = None
 
 DT, MODULUS, VISCOSITY = 0.01, 1.54, 1.0
 CHECKED = 6  # frames
@@ -260,54 +255,6 @@ def prepare_study(steps):
         tell("numpy", method, np.__version__, 1, steps, [])
 
 
-CREEP_MODULUS, CREEP_VISCOSITY = np.array([2e6, 1e6, 5e5]), np.array([8e3, 7e4, 7e5])
-CREEP_PRESSURE = 1e4 * (0.5 + 0.5 * np.arange(256) / 256)  # Pa, of each cell
-CREEP_END, CREEP_INTERVAL = 2.56, 0.01  # s
-
-
-def creep_exact(t, frequency):
-    """Strain and its rate at times t under a pressure of 1 + sin(2 pi frequency t), 1 Pa."""
-    w = 2 * np.pi * frequency
-    strain = rate = 0
-    for modulus, viscosity in zip(CREEP_MODULUS, CREEP_VISCOSITY):
-        k = modulus / viscosity
-        s, c, decay = np.sin(w * t), np.cos(w * t), np.exp(-k * t)
-        strain = strain - np.expm1(-k * t) / modulus + (k * s - w * c + w * decay) / (k * k + w * w) / viscosity
-        rate = rate + decay / viscosity + (k * w * c + w * w * s - k * w * decay) / (k * k + w * w) / viscosity
-    return strain, rate
-
-
-def prepare_creep(frequency):
-    """LSODA on the chain of bench/stiff.cpp, all elements of all cells as one system with a diagonal Jacobian."""
-    if not scipy:
-        print("missing lsoda")
-        return
-    w = 2 * np.pi * float(frequency)
-    cells = len(CREEP_PRESSURE)
-    k = np.repeat(CREEP_MODULUS / CREEP_VISCOSITY, cells)
-    flow = np.repeat(1 / CREEP_VISCOSITY, cells) * np.tile(CREEP_PRESSURE, 3)
-    t = np.arange(1, round(CREEP_END / CREEP_INTERVAL) + 1) * CREEP_INTERVAL
-    jacobian = -k[None, :]
-
-    def rates(t, y):
-        return flow * (1 + np.sin(w * t)) - k * y if w else flow - k * y
-
-    def solve(tolerance):
-        return solve_ivp(rates, (0, CREEP_END), np.zeros(3 * cells), "LSODA", t_eval=t, rtol=tolerance, lband=0, uband=0,
-                         atol=tolerance * CREEP_PRESSURE.max() / CREEP_MODULUS.max(), jac=lambda t, y: jacobian)
-
-    exact = [np.outer(x, CREEP_PRESSURE) for x in creep_exact(t, float(frequency))]
-    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
-        solution = solve(tolerance)
-        y = solution.y.T
-        rate = flow * (1 + np.sin(w * t))[:, None] - k * y
-        found = [x.reshape(len(t), 3, cells).sum(1) for x in (y, rate)]
-        errors = [np.abs(a - b).max() / np.abs(b).max() for a, b in zip(found, exact)]
-        method = f"rtol={tolerance:g}"
-        WORK["lsoda", method] = lambda count, tolerance=tolerance: [solve(tolerance) for _ in range(count)]
-        tell("lsoda", method, scipy.__version__, 1, solution.nfev, errors)
-
-
 def spike_inputs(n):
     """A period of 32 frames, each afferent with an amplitude and a phase of its own."""
     i, k = np.arange(n), np.arange(32)[:, None]
@@ -362,7 +309,7 @@ def tell(name, method, version, threads, steps, errors):
 
 
 WORK = {}
-PREPARE = {"frames": prepare_frames, "device_frames": prepare_device_frames, "study": prepare_study, "creep": prepare_creep, "spikes": prepare_spikes}
+PREPARE = {"frames": prepare_frames, "device_frames": prepare_device_frames, "study": prepare_study, "spikes": prepare_spikes}
 
 
 def main():

@@ -96,7 +96,6 @@ def stiff(rows):
     for axis, workload, title in zip(axes, ("stiff", "smooth"), ("a held load", "a sine of 5 Hz; dermis by frames, solvers given it")):
         lines = series["held" if workload == "stiff" else "smooth"]
         lines["bdf"] = ("CVODE", "black", "*", of(rows, workload, model="bdf"))
-        lines["lsoda"] = ("LSODA", ORANGE, "P", of(rows, workload, model="lsoda"))
         logarithmic(axis)
         ends = []
         for words, colour, marker, ladder in lines.values():
@@ -114,7 +113,7 @@ def stiff(rows):
 def stiff_claims(rows):
     exact, rk4 = of(rows, "stiff", method="exact"), of(rows, "stiff", method="rk4")
     by_frames = {m: min(errors(of(rows, "smooth", model=m))) for m in ("frames-linear", "frames-parabolic")}
-    solvers = [e for r in rows if r["model"] in ("bdf", "lsoda") and r["err_strain"] for e in errors([r])]
+    solvers = [e for r in rows if r["model"] == "bdf" and r["err_strain"] for e in errors([r])]
     return {"the exact step is off by at most 1e-15 at steps of 0.3 to 640 ms": errors(exact).max() < 1e-15,
             "RK4 is refused from 11.14 ms on": {step_of(r) > 11.14 for r in rk4 if r["status"] == "unstable"} == {True}
             and {step_of(r) > 11.14 for r in rk4 if r["status"] == "ok"} == {False},

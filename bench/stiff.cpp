@@ -323,17 +323,12 @@ Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
     return {r, [problem, tolerance] { return cvode(problem, tolerance)->seconds; }};
 }
 
-// CVODE and LSODA, which choose their own steps.
+// CVODE, which chooses its own steps.
 void add_solvers(const Bench& bench, double frequency, std::vector<Contender>& all) {
     for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
         all.push_back(of_cvode(bench, tolerance, frequency));
         if (!all.back().work) break; // one row says so
     }
-    // Its steps are evaluations of the rates: LSODA does not count its steps here.
-    const std::vector<size_t> errors = {size_t(Quantity::strain), size_t(Quantity::fa1)};
-    for (Contender& c :
-         bench.of_peers(fmt::format("creep {}", frequency), row(bench, "lsoda", frequency, 0), 1, errors))
-        all.push_back(std::move(c));
 }
 
 std::vector<Contender> held_load(const Bench& bench) {
