@@ -25,7 +25,7 @@ import vibration
 from drawing import VERMILLION
 from runs import run, scene, table, traces
 
-FILES = ("rows.csv", "adaptation.csv", "heldout.csv", "bar.csv", "rates.csv", "spheres.csv", "fields.csv", "thresholds.csv",
+FILES = ("rows.csv", "adaptation.csv", "heldout.csv", "bar.csv", "rates.csv", "shares.csv", "spheres.csv", "fields.csv", "thresholds.csv",
          "edges.csv", "afferents.csv", "press.csv", "reach.csv", "spacing.csv", "touchsim.csv")
 WORDS = {name: (ours, why) for name, ours, why in re.findall(r"^#: (\w+)\n(.*)\n(.*)$", (HERE / "words.txt").read_text(), re.M)}
 

@@ -1,20 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Fits the parameters of the afferents SA1, RA and PC to published thresholds, rates, shares that fire and areas.
 
-An afferent is a nerve fibre of the skin.
+    fit_afferents.py OUT [--only CLASS] [--quick]
 
-    fit_afferents.py DATA OUT [--only CLASS] [--quick]
-
-DATA: the folder Data of github.com/ouyangqq/model_tactile_pop_response, of which text files are read. OUT: a folder, in
-which afferents.csv is written. --only: the class that is fitted; the others keep the values of the afferents.csv beside
-this file (the search draws random numbers, and versions of SciPy draw different ones). --quick: a short search, to see
-that everything runs; its values are no result. Needs NumPy, SciPy and Numba.
+OUT: a folder, in which afferents.csv is written. --only: the class that is fitted; the others keep the values of the
+afferents.csv beside this file (the search draws random numbers, and versions of SciPy draw different ones). --quick: a short
+search, to see that everything runs; its values are no result. Needs NumPy, SciPy and Numba.
 
 Stimulus: the displacement d of a flat cylinder of 1 mm diameter, a sine whose amplitude is the greatest displacement
-from its mean, as in stim_sine.m of TouchSim (github.com/BensmaiaLab/touchSim) and in the code of Ouyang et al. 2021.
-Input q: the strain on the axis of the cylinder at the depth of the ending,
-d/(pi a (1 - nu^2)) (1 + 3 s^2)/(1 + s^2)^2, where a is the radius of the cylinder and s the depth over a; q is 0 at the
-mean of the sine.
+from its mean. Input q: the strain on the axis of the cylinder at the depth of the ending; q is 0 at the mean of the sine.
 
 Threshold: the amplitude at which V of an afferent just reaches 1 once the response to the sine is periodic. A rate is
 the mean of seven afferents whose gains have a log-normal distribution with the median 1; a share is that of the
@@ -35,25 +29,18 @@ import time
 import numba
 import numpy as np
 from scipy.optimize import differential_evolution, least_squares
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
-HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))
+import rows as evidence
+from firing import NODES, RADIUS
 from runs import fitted
+from touchsim import POISSON, strain_below
 
-RADIUS = 0.5e-3  # m, of the probe
-POISSON = 0.4
 STEP = 50e-6  # s, the longest step
-SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
 MODULUS = 5e4  # Pa, under a sphere whose force is known, as in TouchSim
-FORCES = (0.0981, 0.1471, 0.1961)  # N, of the spheres: 10, 15 and 20 gf
 FIELD_PROBE = 0.25e-3  # m, the radius of the probe of the receptive fields
 FIBRES = 300  # whose areas are averaged
 FA1_FIELD_GAIN = 4.0  # with the median's gain 50 um fire no FA1 afferent
-# The logarithms of the gains of the seven afferents, of equal weight, over the spread: the middles of sevenths of a
-# normal distribution, scaled to a variance of 1.
-NODES = ndtri((np.arange(7) + 0.5) / 7)
-NODES /= NODES.std()
 # Weights: what counts as an error of 1, of a threshold (dB), of a share of the afferents, and of a rate as a part of
 # the greatest rate of the class. Digitized rates and shares are means of few afferents; thresholds are of several
 # papers.
@@ -67,15 +54,14 @@ NEGATIVE = "gain_negative/gain_positive"
 class Model:
     """A class of afferents: its parameters, each with a name, a unit and bounds, and its linear part.
 
-    group: its place in the files. order: 0 if the gains are of y, 1 if they are of y'. poles: an r for each real pole,
+    order: 0 if the gains are of y, 1 if they are of y'. poles: an r for each real pole,
     a p for a pair that has a frequency and a quality. value: whether q drives the filter beside its rate, so that the class
     fires in a hold.
     """
 
-    def __init__(self, name, *, group, depth, order, poles, value=False):
-        self.name, self.group, self.order, self.poles, self.depth = name, group, order, poles, depth
-        s = depth / RADIUS
-        self.strain = (1 + 3 * s * s) / (1 + s * s) ** 2 / (np.pi * RADIUS * (1 - POISSON**2))  # of q, per m of d
+    def __init__(self, name, *, depth, order, poles, value=False):
+        self.name, self.order, self.poles, self.depth = name, order, poles, depth
+        self.strain = strain_below(depth, RADIUS)  # of q, per m of d
         gain_unit = "s" if order else "1"
         rows = [("gain_positive", gain_unit, 1e-4, 100.0), (NEGATIVE, "1", 0.0, 1.0), MEMBRANE, REFRACTORY, *SHARED]
         rows += [(f"time_constant_{j + 1}", "s", 2e-5, 0.3) for j in range(poles.count("r"))]
@@ -102,9 +88,9 @@ class Model:
 
 
 MODELS = (
-    Model("SA1", group=2, depth=0.3e-3, order=0, poles="rr", value=True),
-    Model("RA", group=1, depth=0.5e-3, order=0, poles="rr"),
-    Model("PC", group=0, depth=2e-3, order=1, poles="rp"),
+    Model("SA1", depth=0.3e-3, order=0, poles="rr", value=True),
+    Model("RA", depth=0.5e-3, order=0, poles="rr"),
+    Model("PC", depth=2e-3, order=1, poles="rp"),
 )
 
 
@@ -162,16 +148,16 @@ def rectified(v, drive):
     return v["gain_positive"] * (np.maximum(drive, 0) + v[NEGATIVE] * np.maximum(-drive, 0))
 
 
-def sine_current(model, v, f, step):
+def sine_current(model, v, f):
     """The current over one period of a sine of 1 m amplitude, and the step of its samples in s."""
-    n = 2 * int(np.ceil(0.5 / f / step))
+    n = 2 * int(np.ceil(0.5 / f / STEP))
     drive = abs(model.transfer(v, f)) * np.sin(2 * np.pi * np.arange(n) / n)
     return rectified(v, drive), 1 / f / n
 
 
-def thresholds(model, v, f, step=STEP):
+def thresholds(model, v, f):
     """The amplitudes (m) of sines at which an afferent of median gain just fires."""
-    return np.array([1 / peak(*sine_current(model, v, g, step), v["membrane_time"]) for g in f])
+    return np.array([1 / peak(*sine_current(model, v, g), v["membrane_time"]) for g in f])
 
 
 def mean_rate(v, wave, step, amplitude, seconds):
@@ -184,43 +170,19 @@ def mean_rate(v, wave, step, amplitude, seconds):
     return spikes / len(NODES) / (steps * step)
 
 
-def sine_rates(model, v, data, seconds=1.0, step=STEP):
-    currents = {f: sine_current(model, v, f, step) for f in np.unique(data[:, 0])}
+def sine_rates(model, v, data, seconds=1.0):
+    currents = {f: sine_current(model, v, f) for f in np.unique(data[:, 0])}
     return np.array([mean_rate(v, *currents[f], a, seconds) for f, a, _ in data])
 
 
-def blocks(path):
-    """The blocks of rows of two numbers that blank lines separate."""
-    rows = [row.split() for row in path.read_text().splitlines()]
-    ends = [-1, *(i for i, row in enumerate(rows) if not row), len(rows)]
-    return [np.array(rows[i + 1 : j], float) for i, j in zip(ends, ends[1:]) if j > i + 1]
+def load(model):
+    """By kind of data its rows: thresholds (Hz, m), rates (Hz, m, Hz), shares (Hz, m, 1), spheres (N, 1/m, Hz), fields (m, m2)."""
+    def numbers(name, *scale):
+        found = [list(row.values()) for row in evidence.data(name + ".csv") if row.get("class", "sa1") == model.name.lower()]
+        return np.array([row[-len(scale):] for row in found], float).reshape(-1, len(scale)) * scale
 
-
-def read(path, stimuli, group, scale):
-    """Rows of stimulus, amplitude (m) and value for a class.
-
-    The files hold points of a figure with a panel per class, from below PC, RA and SA1: values of RA and SA1 have an
-    offset, which is their first value, and a scale. So read, the rates are those of ob_vibro_firing_rate.npy,
-    which has other amplitudes for SA1 and RA, by a factor of up to 2.2 for sines.
-    """
-    part = blocks(path)[5 * group : 5 * group + 5]
-    first = part[0][0, 1] if group else 0.0
-    return np.array([(s, a * 1e-6, max((y - first) / scale, 0.0)) for s, p in zip(stimuli, part) for a, y in p])
-
-
-def load(folder, model):
-    scale = (1.0, 1.5, 6.0)[model.group]
-    name = "RA1" if model.name == "RA" else model.name
-    data = {"threshold": np.loadtxt(folder / f"fitting_NTH_{name}.txt") * (1, 1e-6)}
-    data["threshold"] = data["threshold"][np.argsort(data["threshold"][:, 0])]
-    data["sine"] = read(folder / "ob_sine_vibro_firing_rate.txt", SINES, model.group, scale)
-    data["fraction"] = read(folder / "ob_sine_vibro_prob.txt", SINES, model.group, 1.0)
-    parts = blocks(folder / "fring_diff_cav.txt")
-    data["spheres"] = np.array([(n, max(k, 0.0), y) for n, p in zip(FORCES, parts) for k, y in p])  # N, 1/m, Hz
-    areas = blocks(folder / "observed_rF_size.txt")
-    if model.name != "PC":
-        data["areas"] = areas[model.name == "RA"] * (1e-6, 1e-6)  # m, m2
-    return data
+    return {"thresholds": numbers("thresholds", 1, 1e-6), "rates": numbers("rates", 1, 1e-6, 1), "shares": numbers("shares", 1, 1e-6, 1),
+            "spheres": numbers("spheres", 1, 1, 1), "fields": numbers("fields", 1e-6, 1e-6)}
 
 
 def sphere_rates(model, v, data):
@@ -235,21 +197,24 @@ def sphere_rates(model, v, data):
     return np.where(current > 1, rate, 0).mean(1)
 
 
-def errors(model, x, data, seconds=1.0, step=STEP):
-    """Errors of the thresholds in dB, of the shares of afferents that fire, and of the rates in Hz."""
-    v = model.values(x)
-    f, a = data["threshold"].T
-    db = 20 * np.log10(thresholds(model, v, f, step) / v["threshold_gain"] / a)
-    share = fractions(model, v, data["fraction"], step) - data["fraction"][:, 2]
-    return db, share, sine_rates(model, v, data["sine"], seconds, step) - data["sine"][:, 2]
+def fractions(model, v, data):
+    """The share of afferents that fire."""
+    hz = np.unique(data[:, 0])
+    least = dict(zip(hz, thresholds(model, v, hz)))
+    return np.array([ndtr(np.log(a / least[f]) / v["spread"]) for f, a, _ in data])
 
 
 def residuals(model, x, data, seconds=1.0):
-    db, share, hz = errors(model, x, data, seconds)
-    scaled = [db / THRESHOLD_ERROR, share / SHARE_ERROR, hz / (RATE_ERROR * data["sine"][:, 2].max())]
+    """Errors of the thresholds in dB, of the shares of afferents that fire, and of the rates in Hz, by their weights."""
+    v = model.values(x)
+    f, a = data["thresholds"].T
+    rates = data["rates"][:, 2]
+    scaled = [20 * np.log10(thresholds(model, v, f) / v["threshold_gain"] / a) / THRESHOLD_ERROR,
+              (fractions(model, v, data["shares"]) - data["shares"][:, 2]) / SHARE_ERROR,
+              (sine_rates(model, v, data["rates"], seconds) - rates) / (RATE_ERROR * rates.max())]
     if "value" in model.names:
         held = data["spheres"][:, 2]
-        scaled.append((sphere_rates(model, model.values(x), data["spheres"]) - held) / (RATE_ERROR * held.max()))
+        scaled.append((sphere_rates(model, v, data["spheres"]) - held) / (RATE_ERROR * held.max()))
     return np.concatenate(scaled)
 
 
@@ -313,16 +278,6 @@ def uncertainty(model, x, data):
     return error, {n: "; ".join(t) for n, t in note.items()}
 
 
-def rms(x):
-    return np.sqrt(np.mean(np.square(x)))
-
-
-def fractions(model, v, data, step=STEP):
-    """The share of afferents that fire."""
-    least = dict(zip(SINES, thresholds(model, v, SINES, step)))
-    return np.array([ndtr(np.log(a / least[f]) / v["spread"]) for f, a, _ in data])
-
-
 def reach(model, v, depths, gain):
     """How far (m) from an ending a probe fires it that is pressed to depths (m) within 10 ms and held for 0.39 s."""
     n = int(round(1 / STEP))
@@ -359,16 +314,18 @@ ENDINGS = {"SA1": (range(8, 11), np.arange(1.2, 1.55, 0.1) * 1e-3), "RA": (range
 
 def fit_endings(model, v, data, gain):
     """The rows of the file about endings, with the errors of the areas printed."""
-    depths, wanted = data["areas"].T
+    depths, wanted = data["fields"].T
     far, area, (counts, radii) = reach(model, v, depths, gain), covered(17), ENDINGS[model.name]
 
     def areas(pair):
         return np.maximum(pair[1] ** 2 * area(pair[0], far / pair[1]), 1e-9)
 
-    best = min(((n, r) for n in counts for r in radii), key=lambda pair: rms(np.log(areas(pair) / wanted)))
-    ours = areas(best)
-    print(f"  fields (mm2): " + " ".join(f"{a * 1e6:.2f}" for a in ours) + " of " +
-          " ".join(f"{a * 1e6:.2f}" for a in wanted) + f"; rms of the logarithm {rms(np.log(ours / wanted)):.3f}")
+    def off(pair):
+        return np.sqrt(np.mean(np.log(areas(pair) / wanted) ** 2))
+
+    best = min(((n, r) for n in counts for r in radii), key=off)
+    print(f"  fields (mm2): " + " ".join(f"{a * 1e6:.2f}" for a in areas(best)) + " of " +
+          " ".join(f"{a * 1e6:.2f}" for a in wanted) + f"; rms of the logarithm {off(best):.3f}")
     notes = ["at a bound" if value in (values[0], values[-1]) else "" for value, values in zip(best, (counts, radii))]
     return [("endings", best[0], "1", None, notes[0]), ("radius", best[1], "m", None, notes[1]),
             ("field_gain", gain, "1", None, "set")]
@@ -399,35 +356,30 @@ def table(model, x, data):
     return rows + ([row("finger_curvature", "finger_curvature")] if "value" in v else [])
 
 
-def main(folder, out, only, quick):
-    data_folder = pathlib.Path(folder) / "txtdata"
+def main(out, only, quick):
     start, lines = time.time(), []
     for model in MODELS:
-        data = load(data_folder, model)
+        data = load(model)
         x = fit(model, data, quick) if only in (None, model.name.lower()) else stored(model)
         v, rows = model.values(x), table(model, x, data)
-        if "areas" in data:
+        if len(data["fields"]):
             rows += fit_endings(model, v, data, v["threshold_gain"] if model.name == "SA1" else FA1_FIELD_GAIN)
         for name, value, unit, error, note in rows:
             spread = f"{error:.2g}" if error else ""
             print(f"{model.name:4} {name:18} {value:9.4g} {unit:3} {spread and '+- ' + spread:12} {note}")
             lines.append((model.name.lower(), name, f"{value:.4g}", unit, spread, note))
         print(f"  {time.time() - start:.0f} s since the start", flush=True)
-    with open(pathlib.Path(out) / "afferents.csv", "w", newline="") as file:
-        file.writelines(line for line in (HERE / "afferents.csv").open() if line.startswith("#"))
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("class", "parameter", "value", "unit", "standard_error", "note"))
-        writer.writerows(lines)
+    with open(out / "afferents.csv", "w", newline="") as file:
+        file.writelines(line for line in (evidence.HERE / "afferents.csv").open() if line.startswith("#"))
+        csv.writer(file, lineterminator="\n").writerows([("class", "parameter", "value", "unit", "standard_error", "note"), *lines])
 
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser()
-    options.add_argument("data")
-    options.add_argument("out")
+    options.add_argument("out", type=pathlib.Path)
     options.add_argument("--only", choices=[model.name.lower() for model in MODELS])
     options.add_argument("--quick", action="store_true")
     options = options.parse_args()
-    for folder in (options.data, options.out):
-        if not pathlib.Path(folder).is_dir():
-            sys.exit(f"fit_afferents.py: {folder} is not a folder")
-    main(options.data, options.out, options.only, options.quick)
+    if not options.out.is_dir():
+        sys.exit(f"fit_afferents.py: {options.out} is not a folder")
+    main(options.out, options.only, options.quick)
