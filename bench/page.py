@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The page of figures, RESULTS.md, from the rows of one run of dermis-bench: RESULTS.md.in, whose {{names}} are functions
-of this file. A section none of whose tables has a line is left out."""
+of this file. Lines behind a name are words for its lines. A section none of whose tables has a line is left out."""
 import csv
 import math
 import re
@@ -29,7 +29,8 @@ def load(path):
         row["cells"] = number(row["width"]) * number(row["height"])
         row["seconds"], row["least"] = number(row["wall_median_s"]), number(row["wall_least_s"])
         row["ns"], row["least_ns"] = (row[key] * 1e9 / row["cells"] / steps for key in ("seconds", "least"))
-        row["us"], row["cost"] = row["seconds"] / steps * 1e6, row["least"] * 1e9 / row["cells"] / SIMULATED_SECONDS
+        row["ms"], row["us"] = row["seconds"] * 1e3, row["seconds"] / steps * 1e6
+        row["cost"] = row["least"] * 1e9 / row["cells"] / SIMULATED_SECONDS
         row["on"] = "cpu" if on_cpu(row) else "vulkan" if on_vulkan(row) else "peer"
         row["place"] = "0" if row["on"] == "vulkan" else row["threads"]
         sides = row["method"].split("-")[-1].split("x")
@@ -93,9 +94,21 @@ def grid(rows, corner, lines, columns, value="ns"):
 
 
 def beside(rows, value, match, against):
-    """A cell of a table: a number, and in brackets its ratio to another."""
-    x = best(rows, value, **match)
-    return f"{num(x)} ({num(x / best(rows, value, **{**match, **against}), 2)})"
+    """A column of numbers, each with its ratio in brackets. against: of a line, what the row beside it matches."""
+    def cell(line):
+        x = best(rows, value, **match, **line)
+        return f"{num(x)} ({num(x / best(rows, value, **{**match, **line, **against(line)}), 2)})"
+    return cell
+
+
+def ratio(rows, value, match, against):
+    """A column of ratios of a line's row to another."""
+    return lambda line: num(best(rows, value, **{**line, **match}) / best(rows, value, **{**line, **against}), 2)
+
+
+def by(names, column, **match):
+    """Lines by the words that the page has for values of a column."""
+    return [(text, {column: key, **match}) for key, text in names.items()]
 
 
 def plural(threads):
@@ -144,47 +157,26 @@ def presses(rows):
     return grid(found, "pads", shapes(found), columns, "us")
 
 
-OPTIONS = {
-    "all": "all four responses of every cell, f32",
-    "compensated": "the same in the default precision (f32 with compensated sums)",
-    "three": "three responses: SA1, FA1, FA2, without the integral",
-    "two": "two responses: SA1 and FA1",
-    "one": "one response: SA1",
-    "receptors": "sites in place of fields; the whole frame is handed over",
-    "receptors-cells": "the same, with the pressures of their cells alone (`press_cells`)",
-    "frames-4": "four frames in one press, responses of the last (`press_frames`), per frame",
-    "frames-8": "eight frames in one press, per frame",
-}
-
-
 def option_shapes(found):
     return sorted({r["shape"] for r in found}, key=lambda s: -s[2])
 
 
-def options(rows):
+def options(rows, names):
     found, columns = of(rows, "options"), []
     for s in option_shapes(found):
         for place in sorted({r["place"] for r in found if r["shape"] == s}, key=lambda p: (p == "0", int(p))):
-            match = {"shape": s, "place": place}
             columns.append((f"{f'{s[2]} of ' if s[2] > 1 else ''}{s[0]} x {s[1]}, {driver(found) if place == '0' else plural(place)}",
-                            lambda line, match=match: beside(found, "us", {**match, **line}, {"model": "all"})))
-    return grid(found, "what is asked for", [(text, {"model": option}) for option, text in OPTIONS.items()], columns)
+                            beside(found, "us", {"shape": s, "place": place}, lambda line: {"model": "all"})))
+    return grid(found, "what is asked for", by(names, "model"), columns)
 
 
-KINDS = {"uniform": "one material", "patches-4": "four materials in patches",
-         "random-4": "four materials at random from cell to cell", "random-1000": "a thousand materials at random from cell to cell",
-         "width": "rows of {}", "fourth-order": "the fourth-order stencil", "published": "the published study's stencil",
-         "elements-1": "one element", "elements-2": "two elements in series", "elements-3": "three elements in series"}
-
-
-def kinds(rows):
+def kinds(rows, names):
     found = of(rows, "kinds")
     first = {r["height"]: {"model": r["model"], "width": r["width"]} for r in reversed(found)}
     lines = [(f"{text.format(width)} | {width} x {r['height']}", {"model": model, "width": width, "height": r["height"]})
-             for model, text in KINDS.items()
+             for model, text in names.items()
              for width, r in sorted({r["width"]: r for r in of(found, "kinds", model=model)}.items(), key=lambda w: -int(w[0]))]
-    columns = [(name, lambda line, match=match: beside(found, "ns", {**match, **line}, first[line["height"]]))
-               for name, match in on_threads(found)]
+    columns = [(name, beside(found, "ns", match, lambda line: first[line["height"]])) for name, match in on_threads(found)]
     return grid(found, "skin | cells", lines, columns).replace("| --- |", "| --- | --- |", 1)
 
 
@@ -224,38 +216,30 @@ def native_pads(rows):
     found, columns = of(rows, "pads", precision="f32"), []
     for name, match in on_threads(found):
         native, batch = {**match, "model": "native-bits"}, {**match, "model": "batch"}
-        columns += [(f"own loop, {name}", native), (f"dermis, {name}", batch), (f"ratio, {name}", lambda line, n=native, b=batch: num(
-            best(found, "ns", **{**line, **b}) / best(found, "ns", **{**line, **n}), 2))]
+        columns += [(f"own loop, {name}", native), (f"dermis, {name}", batch), (f"ratio, {name}", ratio(found, "ns", batch, native))]
     return grid(found, "pads", shapes(of(found, "pads", model="native-bits")), columns)
 
 
-def touched(rows):
-    names = {"press-listed": "these pads alone, by their numbers", "touch-add": "their contacts added to a `Touch`",
-             "press-all": "all pads, by their pressures", "touch-shear": "by the `Touch`, with shear"}
+def touched(rows, names):
     found = of(rows, "touch")
     columns = [(f"{s[2]} pads, {name}", {"shape": s, **match})
                for s in sorted({r["shape"] for r in found}, key=lambda s: -s[2]) for name, match in on_threads(found)]
-    return grid(found, "us", [(text, {"model": m}) for m, text in names.items()], columns, "us")
+    return grid(found, "us", by(names, "model"), columns, "us")
 
 
-def bodies(rows):
-    names = {"touch-press": "the press of these pads, four responses", "shape-ball": "pressure below a ball of 15 mm",
-             "shape-bottle": "below a bottle, a cylinder of 15 mm", "shape-box": "below a box with two edges on the pad"}
+def bodies(rows, names):
     columns = []
     for kind, share in (("bodies", "all"), ("few-bodies", "one in a hundred")):
-        found = of(rows, kind)
-        if found:
-            columns += [(f"{share} of {found[0]['shape'][2]} pads", {"workload": kind}), ("over the press", lambda line, found=found: num(
-                best(found, "us", **line) / best(found, "us", model="touch-press"), 2))]
-    return grid(rows, "us", [(text, {"model": m}) for m, text in names.items()], columns, "us")
+        for r in of(rows, kind, model="touch-press"):
+            columns += [(f"{share} of {r['shape'][2]} pads", {"workload": kind}),
+                        ("over the press", ratio(rows, "us", {"workload": kind}, {"workload": kind, "model": "touch-press"}))]
+    return grid(rows, "us", by(names, "model"), columns, "us")
 
 
-def batches(rows):
+def batches(rows, names):
     found = of(rows, "pads-batch")
     in_each = max((int(r["receptors"]) / r["shape"][2] for r in found if r["model"] == "batch-sites"), default=0)
-    names = {"batch": "a batch", "one-skin": "one skin with about as many cells", "skins": "as many skins, one by one",
-             "at-rest": "a batch that is at rest without pressure", "batch-sites": f"a batch with {in_each:.0f} sites read in each pad"}
-    return grid(found, "", [(text, {"model": m}) for m, text in names.items()],
+    return grid(found, "", [(text.format(f"{in_each:.0f}"), line) for text, line in by(names, "model")],
                 [("CPU path, 1 thread", {"on": "cpu"}), (driver(found), {"on": "vulkan"})])
 
 
@@ -322,9 +306,7 @@ def depths(rows):
     return grid(found, "cells | z/h", lines, columns).replace("| --- |", "| --- | --- |", 1)
 
 
-def depth_errors(rows):
-    names = {"pyramid": "pyramid, stress", "pyramid-strain": "pyramid, strain",
-             "fft-long-double": "FFT, long double", "sums": "direct sums, double"}
+def depth_errors(rows, names):
     return table(["way", *(f"z/h = {z}" for z in Z)], [[text, *("".join(
         f"{small(number(r['err_sa1']))} in {num(r['ns'])} ns" for r in of(rows, "depth-errors", model=way, method=f"z/h={z}"))
         for z in Z)] for way, text in names.items()])
@@ -334,14 +316,13 @@ def errors_in(row):
     return [small(number(row[e])) for e in ("err_strain", "err_fa1")]
 
 
-def accuracy(rows):
+def accuracy(rows, names):
     lines = []
-    for method, precision, name in (("exact", "f32", "exact, f32"), ("exact", "f32-compensated", "exact, f32-compensated"),
-                                    ("exact", "f64", "exact, f64"), ("rk4", "f64", "RK4, f64"), ("euler", "f64", "forward Euler, f64")):
+    for key, name in names.items():
+        method, precision = key.split()
         ladder = sorted(of(rows, "accuracy", method=method, model="march", precision=precision, stencil="five-point", on="cpu"),
                         key=lambda r: number(r["steps"]))
-        if ladder:
-            few, many = ladder[0], ladder[-1]
+        for few, many in zip(ladder[:1], ladder[-1:]):
             lines.append([name, *(["refused"] * 2 if few["status"] == "unstable" else errors_in(few)), few["steps"],
                           *errors_in(many), many["steps"]])
     return table(["method", "strain, few steps", "FA1", "steps", "strain, many steps", "FA1", "steps"], lines)
@@ -370,9 +351,7 @@ def solvers(rows):
     return solver_table(rows, "stiff", ["solver", "error of strain", "error of FA1", "ms", "times exact"], same)
 
 
-def spikes(rows):
-    names = {"ouyang": "backward Euler filter, 1 ms, as Ouyang et al. have it", "touchsim": "TouchSim's recursion, 0.2 ms",
-             "integrate-and-fire": "leaky integrate-and-fire alone, 1 ms"}
+def spikes(rows, names):
     lines = []
     for r in of(rows, "spikes", status="ok"):
         step = r["least"] / number(r["steps"]) * 1e3
@@ -388,10 +367,8 @@ def spike_steps(rows):
                  [[num(1e3 * step), num(each), num(each / step)] for step, each in ns])
 
 
-def marches(rows):
-    names = {"march-uniform": "uniform", "march-patches-4": "4 in patches", "march-random-4": "4 at random per cell",
-             "march-random-1000": "1000 at random per cell", "march-each": "one per cell"}
-    return grid(rows, "materials", [(text, {"workload": w, "on": "cpu"}) for w, text in names.items()],
+def marches(rows, names):
+    return grid(rows, "materials", by(names, "workload", on="cpu"),
                 [("N", lambda line: next((r["width"] for r in rows if fits(r, line)), "")), ("f32", {"precision": "f32"}),
                  ("f32 compensated", {"precision": "f32-compensated"}), ("f64", {"precision": "f64"})])
 
@@ -400,8 +377,7 @@ def chains(rows):
     found = of(rows, "chains")
     columns = [("bytes per cell", lambda line: next(r["bytes_per_cell"] for r in found if fits(r, line)))]
     for name, on in ((all_threads(rows), "cpu"), (driver(found), "vulkan")):
-        columns += [(f"{name}: ns", {"on": on}), ("times one", lambda line, on=on: num(
-            best(found, "ns", on=on, **line) / best(found, "ns", on=on, method="exact-1"), 2))]
+        columns += [(f"{name}: ns", {"on": on}), ("times one", ratio(found, "ns", {"on": on}, {"on": on, "method": "exact-1"}))]
     return grid(found, "elements", [(m[6:].replace("-spring", " and a spring"), {"method": m})
                                     for m in dict.fromkeys(r["method"] for r in found)], columns)
 
@@ -435,21 +411,13 @@ def less(rows):
     return table(["what", "s", "against", "s", "times"], lines)
 
 
-def growth(rows):
-    names = {("growth", "march"): "{width} x {height}", ("memory", "moments"): "moments in {precision}, {width} x {height}",
-             ("memory-fields", "maps"): "maps with two fields in {precision}, {width} x {height}",
-             ("memory-sites", "sites"): "sites in {precision}, {width} x {height}",
-             ("memory", "march"): "march in {precision}, {width} x {height}",
-             ("memory-each", "march"): "march, a material per cell in {precision}, {width} x {height}"}
+def growth(rows, names):
     return table(["", "ns per cell and step", "plan, MB", "peak by plan"],
                  [[names[key].format(**r), num(r["ns"]), num(number(r["limit_GBs"]) * 1e3), num(number(r["of_limit"]))]
-                  for r in rows for key in [(r["workload"], r["model"])] if key in names])
+                  for r in rows for key in [f"{r['workload']} {r['model']}"] if key in names])
 
 
-def processes(rows):
-    names = {"process-help": "`dermis --help`", "process-smallest-cpu": "one cell, one output, `--device cpu`",
-             "process-smallest-auto": "the same, `auto`", "process-smallest-vulkan": "the same, `vulkan`",
-             "process-study-cpu": "a scene of the study, `cpu`", "process-study-auto": "the same, `auto`"}
+def processes(rows, names):
     return table(["command", "processor", "clock"], [[text, num(1e3 * number(r["busy_least_s"])), num(1e3 * r["seconds"])]
                                                      for workload, text in names.items() for r in of(rows, workload)])
 
@@ -472,17 +440,15 @@ TABLES = {of.__name__: of for of in (
     accuracy, stiff, solvers, spikes, spike_steps, marches, chains, less, growth, processes)} | {
     "press_fa1": lambda rows: grid(of(rows, "press-fa1"), "N", by_side(rows), [
         (plural(t), {"threads": t}) for t in dict.fromkeys(("1", rows[0]["cores"]))]),
-    "paced": lambda rows: table(["", "within a millisecond", "median, us"], [
+    "paced": lambda rows, names: table(["", "within a millisecond", "median, us"], [
         [text.format(r["receptors"]), f"{100 * number(r['of_limit']):.2f} %", num(r["seconds"] * 1e6)]
-        for m, text in (("sites", "{} sites"), ("fields", "fields"), ("empty", "an empty loop")) for r in of(rows, "paced", model=m)]),
-    "made": lambda rows: table(["", "CPU path", driver(of(rows, "pads-made"))], [
-        [text, *(num(1e3 * best(of(rows, "pads-made"), "seconds", model=m, on=on)) for on in ("cpu", "vulkan"))]
-        for m, text in (("batch", "4096 pads"), ("second-skin", "the second skin of a kind"))]),
+        for m, text in names.items() for r in of(rows, "paced", model=m)]),
+    "made": lambda rows, names: grid(of(rows, "pads-made"), "", by(names, "model"), [
+        ("CPU path", {"on": "cpu"}), (driver(of(rows, "pads-made")), {"on": "vulkan"})], "ms"),
     "smooth": lambda rows: solver_table(rows, "smooth", ["", "error of strain", "error of FA1", "ms", "times the exact sine"],
                                         best(of(rows, "smooth"), "least", model="sine")),
-    "construction": lambda rows: grid(rows, "N", [(f"{way} noise", {"workload": w}) for way, w in (
-        ("without", "construction"), ("with", "construction-noise"))],
-        [(r["width"], {"width": r["width"]}) for r in of(rows, "construction")], "seconds")}
+    "construction": lambda rows, names: grid(rows, "N", by(names, "workload"), [
+        (r["width"], {"width": r["width"]}) for r in of(rows, "construction")], "seconds")}
 WORDS = {
     "quick": lambda rows: "" if rows[0]["size"] == "full" else
     "\n**A quick run: few rounds on small grids, good for a look and not for a figure.**\n",
@@ -511,8 +477,12 @@ def page(rows):
     """rows: as load() has them."""
     sections = []
     for section in re.split(r"\n(?=## )", (Path(__file__).parent / "RESULTS.md.in").read_text().rstrip()):
-        names = re.findall(r"{{(\w+)}}", section)
-        tables = {name: TABLES[name](rows) for name in names if name in TABLES}
+        tables = {}
+        for name, lines in re.findall(r"{{(\w+)((?:\n.*?)?)}}(?!})", section, re.S):
+            if name in TABLES:
+                names = dict(line.split(": ", 1) for line in lines.split("\n")[1:])
+                tables[name] = TABLES[name](rows, names) if names else TABLES[name](rows)
         if not tables or any(tables.values()):
-            sections.append(re.sub(r"{{(\w+)}}", lambda m: tables[m[1]] if m[1] in tables else WORDS[m[1]](rows), section))
+            sections.append(re.sub(r"{{(\w+)((?:\n.*?)?)}}(?!})", lambda m: tables[m[1]] if m[1] in tables else WORDS[m[1]](rows),
+                                   section, flags=re.S))
     return "\n".join(sections)
