@@ -45,21 +45,20 @@ std::vector<Shape> shapes_of(bool quick) {
 }
 
 void add_presses(Bench& bench, const Device& device, const Shape& shape) {
-    Press p{
-        .model = "surface", .skin = rectangle(shape.width, shape.height, shape.spacing), .options = in_f32(shape.pads)};
-    p.reads_last = true;
-    const Frames frames = frames_of(p, 1);
-    const double cells = (device.info().kind == "software" ? 2e5 : 2e6) / double(p.cells_of_frame());
-    const int count = std::clamp(int(cells), 1, 2000);
-    std::vector<Contender> all = {pressed(bench, device, "depth", p, count, frames, 1)};
+    Press p{.model = "surface",
+            .skin = rectangle(shape.width, shape.height, shape.spacing),
+            .options = in_f32(shape.pads),
+            .reads_last = true,
+            .ring = 1};
+    std::vector<Press> all = {p};
+    p.ratio_to = p.model;
     for (const double z : shape.depths) {
         const double depth = z * shape.spacing;
         p.model = z > 0 ? fmt::format("z/h={:g}", z) : "fingertip";
         p.skin.receptors.depth = z > 0 ? Depths{depth, depth, depth, depth} : fingertip;
-        all.push_back(pressed(bench, device, "depth", p, count, frames, 1));
-        all.back().ratio_to = "surface";
+        all.push_back(p);
     }
-    bench.measure(std::move(all), bench.runs);
+    measure_presses(bench, "depth", {device}, all, {2e6, 2e5}, bench.runs);
 }
 
 // What a pressed cell causes at cells 0 .. n - 1 columns and rows away, per unit of its pressure. depth: in cells.
@@ -125,63 +124,41 @@ class Pyramid {
     cpu::Spreading<f32> spreading_;
 };
 
-// Ways to spread a class to a depth, each with its error and its time for a map of 200 x 200 cells.
-class Ways {
-  public:
-    Ways(Bench& bench, const model::Depth& depth) : bench_(bench), depth_(depth), sums_(sums_of(depth, n)) {}
-    void add_pyramid() {
-        const int wide = std::clamp(int(20 * depth_.depth), 48, 640); // so that what lies beyond acts by little
-        const double error = Pyramid(wide, depth_).error(sums_of(depth_, wide), bench_.quick ? 4 : 64);
-        const bool stress = depth_.kernel == DepthKernel::stress;
-        add(stress ? "pyramid" : "pyramid-strain", "f32", error, 20, [p = std::make_shared<Pyramid>(n, depth_)] {
-            return seconds_of([&] {
-                for (int i = 0; i < 20; ++i) p->spread();
-            });
-        });
-    }
-    void add_transforms() {
-        const auto long_double = [this] { return model::stresses_of(map_, grid_, {&space_, &space_}, pool_); };
-        add("fft-long-double", "f64", error_of(long_double()[1].data(), n, x, y, sums_), 2,
-            [=] { return seconds_of(long_double); });
-    }
-    // Of the cells of one column.
-    void add_sums() {
-        std::vector<double> all;
-        for (int i = 0; i < int(cells); ++i) all.push_back(space_.at<double>(map_, {i % n, i / n}));
-        add("sums", "f64", error_of(all.data(), n, x, y, sums_), 1, [this] {
-            return seconds_of([&] {
-                double sum = 0;
-                for (int v = 0; v < n; ++v) sum += space_.at<double>(map_, {n / 3, v});
-                if (std::isnan(sum)) throw std::runtime_error("depths: a sum is not a number");
-            });
-        });
-        all_.back().row.width = 1;
-    }
-    void measure() { bench_.measure(std::move(all_), bench_.runs); }
-
-  private:
-    void add(const char* model, const char* precision, double error, int maps, std::function<double()> work) {
-        Measurement r = row_of(bench_.cpu("depth-errors", n, 1), model, precision, maps);
-        r.method = fmt::format("z/h={:g}", depth_.depth);
+// Ways to spread a class to a depth, each with its error and its time for a map of 200 x 200 cells. all: beside the
+// pyramid those that are right to the last digit.
+void add_ways(Bench& bench, const model::Depth& depth, bool all) {
+    constexpr int n = 200, x = 87, y = 101;
+    std::vector<Contender> ways;
+    const auto add = [&](const char* model, const char* precision, double error, int maps, auto work) {
+        Measurement r = row_of(bench.cpu("depth-errors", n, 1), model, precision, maps);
+        r.method = fmt::format("z/h={:g}", depth.depth);
         r.stencil = "";
         r.errors[1] = error;
-        all_.push_back({r, std::move(work)});
+        ways.push_back({r, [work] { return seconds_of(work); }});
+    };
+    const int wide = std::clamp(int(20 * depth.depth), 48, 640); // so that what lies beyond acts by little
+    add(depth.kernel == DepthKernel::stress ? "pyramid" : "pyramid-strain", "f32",
+        Pyramid(wide, depth).error(sums_of(depth, wide), bench.quick ? 4 : 64), 20,
+        [p = std::make_shared<Pyramid>(n, depth)] {
+            for (int i = 0; i < 20; ++i) p->spread();
+        });
+    const std::vector<double> sums = sums_of(depth, n);
+    const Grid grid{n, n, 1.0};
+    const model::HalfSpace space{grid, depth};
+    std::vector<double> map(size_t(n) * n), at;
+    map[size_t(y) * n + x] = 1;
+    simd::Pool pool{1};
+    if (all) {
+        const auto transformed = [&] { return model::stresses_of(map, grid, {&space, &space}, pool); };
+        add("fft-long-double", "f64", error_of(transformed()[1].data(), n, x, y, sums), 2, transformed);
+        for (int i = 0; i < n * n; ++i) at.push_back(space.at<double>(map, {i % n, i / n}));
+        add("sums", "f64", error_of(at.data(), n, x, y, sums), 1, [&] { // of one column
+            for (int v = 0; v < n; ++v) at[size_t(v)] = space.at<double>(map, {n / 3, v});
+        });
+        ways.back().row.width = 1;
     }
-    static constexpr int n = 200, x = 87, y = 101;
-    static constexpr size_t cells = size_t(n) * n, pressed = size_t(y) * n + x;
-    Bench& bench_;
-    const model::Depth depth_;
-    const std::vector<double> sums_;
-    const Grid grid_{n, n, 1.0};
-    const model::HalfSpace space_{grid_, depth_};
-    const std::vector<double> map_ = [] {
-        std::vector<double> map(cells);
-        map[pressed] = 1;
-        return map;
-    }();
-    simd::Pool pool_{1};
-    std::vector<Contender> all_;
-};
+    bench.measure(std::move(ways), bench.runs);
+}
 
 } // namespace
 
@@ -198,12 +175,8 @@ void depth(Bench& bench) {
     if (!bench.quick)
         depths.insert({0.3, 0.5, 0.7, 1.5, 2, 2.5, 3, 4, 5, 7, 7.99, 8, 12, 13.9, 14, 18, 27.9, 28, 55.9, 56});
     for (const double z : depths)
-        for (const auto kernel : {DepthKernel::stress, DepthKernel::strain}) {
-            Ways ways(bench, {z, kernel, 0.4});
-            ways.add_pyramid();
-            if (std::ranges::count(marked, z) && kernel == DepthKernel::stress) ways.add_transforms(), ways.add_sums();
-            ways.measure();
-        }
+        for (const auto kernel : {DepthKernel::stress, DepthKernel::strain})
+            add_ways(bench, {z, kernel, 0.4}, kernel == DepthKernel::stress && std::ranges::count(marked, z));
 }
 
 } // namespace bench

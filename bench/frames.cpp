@@ -241,13 +241,101 @@ enum {
 
 class VulkanFrames {
   public:
-    VulkanFrames(const FrameScene&, std::shared_ptr<vulkan::Context>, bool moves);
+    VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, bool moves)
+        : scene_(scene), context_(std::move(context)) {
+        const model::PreparedSkin& skin = scene.skin();
+        std::vector<f32::Coefficients> table(skin.materials.size());
+        if (!model::fill_table<f32>(skin.materials, skin.chain, skin.rule, {scene.dt}, table.data()))
+            throw std::logic_error("table");
+        const VkDeviceSize map = scene.cells() * sizeof(float), of_table = table.size() * sizeof table[0],
+                           of_state = map * VkDeviceSize(scene.streamed.variant().state().planes());
+        for (int i = 0; i < buffers; ++i) {
+            const bool state = i == state0 || i == state1;
+            buffers_.emplace_back(*context_,
+                                  i == unused         ? 4
+                                  : i == coefficients ? of_table
+                                  : state             ? of_state
+                                                      : map,
+                                  vulkan::Buffer::Location::device);
+        }
+        vulkan::Pipelines& pipelines = context_->pipelines();
+        kernel_ = std::make_unique<vulkan::Kernel>(
+            pipelines,
+            moves ? vulkan::Module{moves_spv, sizeof moves_spv} : vulkan::press_module_for(pipelines.device()),
+            vulkan::KernelOptions{.bindings = PRESS_BINDINGS,
+                                  .constants_bytes = sizeof(f32::Constants),
+                                  .specialization = moves ? std::vector<uint32_t>{}
+                                                          : vulkan::specialization(scene.streamed.variant()),
+                                  .max_sets = ring});
+        for (int i = 0; i < ring; ++i) { // the two states are swapped with each frame
+            std::vector<vulkan::BoundRange> set = {
+                {PRESS_PRESSURE_FROM, at(frames + i)}, {PRESS_PRESSURE_TO, at(frames + (i + 1) % ring)},
+                {PRESS_REST_CURVATURE, at(rest)},      {PRESS_STATE_FROM, at(state0 + i % 2)},
+                {PRESS_STATE_TO, at(state1 - i % 2)},  {PRESS_COEFFICIENTS, at(coefficients)},
+                {PRESS_MATERIAL, at(unused)},          {PRESS_INVALID, at(unused)}};
+            for (int r = 0; r < RESPONSE_MAPS; ++r)
+                set.push_back({uint32_t(PRESS_RESPONSE(QUANTITY_SA1 + r)), at(responses + r)});
+            kernel_->bind(size_t(i), set);
+        }
+        VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+        info.queryType = VK_QUERY_TYPE_TIMESTAMP;
+        info.queryCount = 2;
+        vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
+                      "vkCreateQueryPool");
+        vulkan::Recording recording(*context_);
+        for (int i = state0; i < coefficients; ++i)
+            context_->calls().vkCmdFillBuffer(recording.commands(), at(i).buffer, 0, VK_WHOLE_SIZE, 0);
+        recording.submit();
+        for (int i = 0; i < ring; ++i) copy(i, scene.frames[size_t(i)].data());
+        copy(rest, model::padded_rest_curvature<float>(skin).data());
+        copy(coefficients, table.data());
+    }
     ~VulkanFrames() { context_->calls().vkDestroyQueryPool(context_->device(), stamps_, nullptr); }
-    double press(int count);
-    Responses made();
+    double press(int count) {
+        const model::PreparedSkin& skin = scene_.skin();
+        const auto c = model::frame_constants(skin, model::rounded<f32>(model::exact_coefficients(
+                                                        skin.materials[0], skin.rule, scene_.dt))); // of one element
+        const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
+        const VolkDeviceTable& vk = context_->calls();
+        vulkan::Recording recording(*context_);
+        const VkCommandBuffer commands = recording.commands();
+        vk.vkCmdResetQueryPool(commands, stamps_, 0, 2);
+        vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps_, 0);
+        for (int i = 0; i < count; ++i, ++frame_) {
+            kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
+                            groups(c.height, PRESS_Y));
+            context_->barrier(commands);
+        }
+        vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps_, 1);
+        recording.submit();
+        uint64_t ticks[2] = {};
+        vulkan::check(vk.vkGetQueryPoolResults(context_->device(), stamps_, 0, 2, sizeof ticks, ticks, sizeof(uint64_t),
+                                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+                      "vkGetQueryPoolResults");
+        return double(ticks[1] - ticks[0]) * double(context_->limits().timestampPeriod) * 1e-9;
+    }
+    Responses made() {
+        Responses all;
+        for (size_t r = 0; r < all.size(); ++r) {
+            all[r].resize(scene_.cells());
+            copy(responses + int(r), nullptr, all[r].data());
+        }
+        return all;
+    }
 
   private:
-    void upload(const std::vector<f32::Coefficients>&);
+    vulkan::BufferRange at(int i) const { return buffers_[size_t(i)].all(); }
+    // Copies numbers into a buffer, or out of it.
+    void copy(int i, const void* in, void* out = nullptr) {
+        vulkan::Buffer host(*context_, at(i).bytes, vulkan::Buffer::Location::host);
+        vulkan::Recording recording(*context_);
+        const VkBufferCopy region{0, 0, host.bytes()};
+        if (in) std::memcpy(host.data(), in, host.bytes());
+        context_->calls().vkCmdCopyBuffer(recording.commands(), in ? host.handle() : at(i).buffer,
+                                          in ? at(i).buffer : host.handle(), 1, &region);
+        recording.submit();
+        if (out) std::memcpy(out, host.data(), host.bytes());
+    }
     const FrameScene& scene_;
     std::shared_ptr<vulkan::Context> context_;
     std::vector<vulkan::Buffer> buffers_;
@@ -255,109 +343,6 @@ class VulkanFrames {
     VkQueryPool stamps_ = VK_NULL_HANDLE;
     int frame_ = 0;
 };
-
-VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, bool moves)
-    : scene_(scene), context_(std::move(context)) {
-    const VkDeviceSize map = scene.cells() * sizeof(float);
-    const model::PreparedSkin& skin = scene.skin();
-    std::vector<f32::Coefficients> table(skin.materials.size());
-    if (!model::fill_table<f32>(skin.materials, skin.chain, skin.rule, {scene.dt}, table.data()))
-        throw std::logic_error("table");
-    const VkDeviceSize planes = VkDeviceSize(scene.streamed.variant().state().planes());
-    for (int i = 0; i < buffers; ++i)
-        buffers_.emplace_back(*context_,
-                              i == unused                  ? 4
-                              : i == coefficients          ? table.size() * sizeof table[0]
-                              : i == state0 || i == state1 ? planes * map
-                                                           : map,
-                              vulkan::Buffer::Location::device);
-    const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
-    vulkan::Pipelines& pipelines = context_->pipelines();
-    kernel_ = std::make_unique<vulkan::Kernel>(
-        pipelines, moves ? vulkan::Module{moves_spv, sizeof moves_spv} : vulkan::press_module_for(pipelines.device()),
-        vulkan::KernelOptions{.bindings = PRESS_BINDINGS,
-                              .constants_bytes = sizeof(f32::Constants),
-                              .specialization =
-                                  moves ? std::vector<uint32_t>{} : vulkan::specialization(scene.streamed.variant()),
-                              .max_sets = ring});
-    for (int i = 0; i < ring; ++i) { // the two states are swapped with each frame
-        std::vector<vulkan::BoundRange> set = {
-            {PRESS_PRESSURE_FROM, b(frames + i)}, {PRESS_PRESSURE_TO, b(frames + (i + 1) % ring)},
-            {PRESS_REST_CURVATURE, b(rest)},      {PRESS_STATE_FROM, b(state0 + i % 2)},
-            {PRESS_STATE_TO, b(state1 - i % 2)},  {PRESS_COEFFICIENTS, b(coefficients)},
-            {PRESS_MATERIAL, b(unused)},          {PRESS_INVALID, b(unused)}};
-        for (int r = 0; r < RESPONSE_MAPS; ++r)
-            set.push_back({uint32_t(PRESS_RESPONSE(QUANTITY_SA1 + r)), b(responses + r)});
-        kernel_->bind(size_t(i), set);
-    }
-    VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
-    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    info.queryCount = 2;
-    vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
-                  "vkCreateQueryPool");
-    upload(table);
-}
-
-void VulkanFrames::upload(const std::vector<f32::Coefficients>& table) {
-    const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
-    vulkan::Buffer staging(*context_, std::max<VkDeviceSize>(b(rest).bytes, b(coefficients).bytes),
-                           vulkan::Buffer::Location::host);
-    vulkan::Recording recording(*context_);
-    const auto copy = [&](int i, const void* values) {
-        const VkBufferCopy region{0, 0, b(i).bytes};
-        std::memcpy(staging.data(), values, b(i).bytes);
-        context_->calls().vkCmdCopyBuffer(recording.commands(), staging.handle(), b(i).buffer, 1, &region);
-        recording.submit();
-    };
-    for (int i = 0; i < ring; ++i) copy(i, scene_.frames[size_t(i)].data());
-    copy(rest, model::padded_rest_curvature<float>(scene_.skin()).data());
-    copy(coefficients, table.data());
-    const VkCommandBuffer commands = recording.commands();
-    for (int i = state0; i < coefficients; ++i)
-        context_->calls().vkCmdFillBuffer(commands, b(i).buffer, 0, VK_WHOLE_SIZE, 0);
-    context_->barrier(commands);
-    recording.submit();
-}
-
-double VulkanFrames::press(int count) {
-    const model::PreparedSkin& skin = scene_.skin();
-    const auto c = model::frame_constants(skin, model::rounded<f32>(model::exact_coefficients(
-                                                    skin.materials[0], skin.rule, scene_.dt))); // of one element
-    const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
-    const VolkDeviceTable& vk = context_->calls();
-    vulkan::Recording recording(*context_);
-    const VkCommandBuffer commands = recording.commands();
-    vk.vkCmdResetQueryPool(commands, stamps_, 0, 2);
-    vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps_, 0);
-    for (int i = 0; i < count; ++i, ++frame_) {
-        kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
-                        groups(c.height, PRESS_Y));
-        context_->barrier(commands);
-    }
-    vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps_, 1);
-    recording.submit();
-    uint64_t ticks[2] = {};
-    vulkan::check(vk.vkGetQueryPoolResults(context_->device(), stamps_, 0, 2, sizeof ticks, ticks, sizeof(uint64_t),
-                                           VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-                  "vkGetQueryPoolResults");
-    return double(ticks[1] - ticks[0]) * double(context_->limits().timestampPeriod) * 1e-9;
-}
-
-Responses VulkanFrames::made() {
-    Responses all;
-    vulkan::Buffer staging(*context_, buffers_[responses].bytes(), vulkan::Buffer::Location::host);
-    vulkan::Recording recording(*context_);
-    for (size_t r = 0; r < all.size(); ++r) {
-        const VkBufferCopy region{0, 0, staging.bytes()};
-        const VkCommandBuffer commands = recording.commands();
-        context_->calls().vkCmdCopyBuffer(commands, buffers_[responses + r].handle(), staging.handle(), 1, &region);
-        context_->barrier(commands);
-        recording.submit();
-        const auto* values = static_cast<const float*>(staging.data());
-        all[r] = {values, values + scene_.cells()};
-    }
-    return all;
-}
 
 } // namespace
 

@@ -96,26 +96,20 @@ class NativePads {
 
 } // namespace
 
-Contender native_pads(const Bench& bench, const Device& device, const SkinDescription& d, int pads, long long steps,
-                      const Frames& frames, size_t ring) {
-    const int threads = device.impl().backend->threads();
-    auto native = std::make_shared<NativePads>(d, pads, threads);
-    const size_t cells = frames->size() / ring;
-    const auto frame = [frames, cells, ring](size_t i) { return frames->data() + i % ring * cells; };
+std::function<double()> native_pads(const Press& p, int threads, long long steps, const Frames& frames) {
+    auto native = std::make_shared<NativePads>(p.skin, p.options.count, threads);
+    const size_t cells = frames->size() / p.ring;
+    const auto frame = [frames, cells, ring = p.ring](size_t i) { return frames->data() + i % ring * cells; };
     {
-        Skin skin(Device::cpu(1), d, in_f32(pads));
+        Skin skin(Device::cpu(1), p.skin, p.options);
         for (size_t i = 0; i < 6; ++i) native->press(frame(i)), skin.press(frame(i), cells, press_dt);
         if (!native->same(skin)) throw std::runtime_error("the native pads differ from the batch");
     }
-    Measurement r = row_of(bench.cpu("pads", d.grid.width, threads), "native-bits", "f32", steps);
-    r.height = static_cast<long long>(d.grid.height) * pads;
-    r.method = fmt::format("exact-{}x{}x{}", d.grid.width, d.grid.height, pads);
-    r.bytes_per_cell = 48;
-    return {r, [=] {
-                return seconds_of([&] {
-                    for (size_t i = 0; i < size_t(steps); ++i) native->press(frame(i));
-                });
-            }};
+    return [=] {
+        return seconds_of([&] {
+            for (size_t i = 0; i < size_t(steps); ++i) native->press(frame(i));
+        });
+    };
 }
 
 } // namespace bench

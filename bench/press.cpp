@@ -18,13 +18,6 @@ constexpr double frame_bytes = 44; // L(S), pressure before and now, strain and 
 constexpr double frame_flops = 62;
 constexpr int checked = 6; // frames
 
-// A stepper, its row, and its seconds on a device.
-struct Series {
-    Contender contender;
-    Stepper stepper;
-    std::vector<double> gpu_seconds;
-};
-
 // The series of one grid. growth: the best loops and the native ones on all threads. device: on a device alone.
 enum class Contenders { all, growth, device };
 
@@ -61,14 +54,11 @@ class StreamedFrames {
             for (bool past : ways) add_native(t, past);
     }
     Measurement& add(const std::string& backend, int threads, const Stepper& stepper, int frames = 0) {
-        Series& s = series_.emplace_back();
         frames = frames ? frames : frames_;
-        s.stepper = stepper;
-        s.contender.row = row_of(bench_.cpu("press", n_, threads), "march", "f32", frames);
-        s.contender.row.backend = backend;
-        s.contender.row.bytes_per_cell = frame_bytes;
-        s.contender.work = [press = stepper.press, frames] { return press(frames); };
-        return s.contender.row;
+        Measurement r = row_of(bench_.cpu("press", n_, threads), "march", "f32", frames);
+        r.backend = backend;
+        r.bytes_per_cell = frame_bytes;
+        return series_.emplace_back(Contender{r, [press = stepper.press, frames] { return press(frames); }}).row;
     }
     // Whether the responses after some frames have the bits of plain loops; then presses on to a multiple of the ring.
     void check_bits(Measurement& row, const Stepper& stepper) const {
@@ -113,7 +103,7 @@ class StreamedFrames {
         for (Contender& c : bench_.of_peers(fmt::format("{} {}", work, n_), like, frames_, {1, 2, 3, 4})) {
             if (std::any_of(&c.row.errors[1], &c.row.errors[5], [](double e) { return e > peer_error; }))
                 c.row.status = "wrong";
-            series_.push_back({std::move(c), {}, {}});
+            series_.push_back(std::move(c));
         }
     }
     void add_vulkan(bool moves) {
@@ -125,8 +115,6 @@ class StreamedFrames {
         row.flops_per_cell = moves ? 0 : frame_flops;
         if (moves) row.backend = "vulkan-moves", stepper.press(checked + 2);
         else check_bits(row, stepper);
-        Series& s = series_.back();
-        s.contender.work = [&s, fewer] { return s.gpu_seconds.emplace_back(s.stepper.press(fewer)); };
     }
     void set_limit(Measurement&) const;
 
@@ -136,7 +124,7 @@ class StreamedFrames {
     const int frames_;               // presses of one run; fewer on a software driver
     Responses expected_;             // by plain loops
     std::vector<double> own_errors_; // of the library, against the model in double; once a peer asks
-    std::deque<Series> series_;      // their work refers to them, so that they must not move
+    std::vector<Contender> series_;
 };
 
 // A kernel's limit is the fastest kernel that only moves the same memory, with the same threads on the same device.
@@ -144,10 +132,9 @@ class StreamedFrames {
 void StreamedFrames::set_limit(Measurement& row) const {
     const std::string moves = row.device == "cpu" ? "cpu-moves" : "vulkan-moves";
     const Measurement* limit = nullptr;
-    for (const Series& m : series_)
-        if (m.contender.row.backend.starts_with(moves) && m.contender.row.threads == row.threads &&
-            (!limit || m.contender.row.wall.median < limit->wall.median))
-            limit = &m.contender.row;
+    for (const auto& [m, work, name, reference] : series_)
+        if (m.backend.starts_with(moves) && m.threads == row.threads && (!limit || m.wall.median < limit->wall.median))
+            limit = &m;
     if (!limit || row.backend.starts_with(moves) || std::isnan(row.wall.median)) return;
     row.against("moves", limit->bytes() / limit->wall.median / 1e9);
     if (row.threads <= 1) row.relative_to("moves", limit->wall, limit->bytes());
@@ -155,25 +142,18 @@ void StreamedFrames::set_limit(Measurement& row) const {
 
 // Rounds are many and short, so that each contender's least time is from a round that nobody else disturbed.
 void StreamedFrames::measure() {
-    std::vector<Contender> all;
-    for (const Series& s : series_) all.push_back(s.contender);
+    const bool hardware = bench_.vulkan && bench_.vulkan->info().kind != "software";
     // The clocks of a GPU that idles are low: the first presses of 512 x 512 cells took an H100 3.6 times as long.
-    double warm = bench_.vulkan && bench_.vulkan->info().kind != "software" ? 1 : 0; // s
-    while (warm > 0) warm -= seconds_of([&] { all.back().work(); });
-    for (Series& s : series_) s.gpu_seconds.clear();
-    bench_.time(all, bench_.quick ? 5 : 15);
-    for (size_t i = 0; i < all.size(); ++i) {
-        Series& s = series_[i];
-        s.contender.row.wall = all[i].row.wall;
-        if (s.gpu_seconds.empty()) continue;
-        const Timing device = timing_of(s.gpu_seconds);
-        s.contender.row.gpu_median = device.median;
+    for (double warm = hardware ? 1 : 0; warm > 0;) warm -= seconds_of([&] { series_.back().work(); });
+    bench_.time(series_, bench_.quick ? 5 : 15);
+    for (auto& [row, work, name, reference] : series_) {
+        if (row.backend.starts_with("vulkan")) row.gpu_median = row.wall.median; // timed by the device's clock
         // A software driver's threads are this process's own, so that their time is known already.
-        if (bench_.vulkan->info().kind != "software") s.contender.row.wall.busy = device.least;
+        if (row.backend.starts_with("vulkan") && hardware) row.wall.busy = row.wall.least;
     }
-    for (Series& s : series_) {
-        set_limit(s.contender.row);
-        bench_.add(s.contender.row);
+    for (Contender& c : series_) {
+        set_limit(c.row);
+        bench_.add(c.row);
     }
 }
 

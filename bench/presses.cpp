@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstring>
 #include <random>
-#include <span>
 #include <stdexcept>
 #include <thread>
 
@@ -15,8 +14,6 @@ namespace bench {
 using namespace dermis;
 
 namespace {
-
-bool software(const Device& device) { return device.info().kind == "software"; }
 
 // Receptors of all classes in turn, in cells drawn at random.
 SkinDescription with_sites(SkinDescription d, int count) {
@@ -35,57 +32,30 @@ void by_cells(Bench& bench) {
     for (int threads = 1; threads < bench.cores; threads *= 2) places.push_back(Device::cpu(threads));
     places.push_back(Device::cpu(bench.cores));
     for (const Device& device : bench.devices()) places.push_back(device);
-    for (int n = 4; n <= (bench.quick ? 512 : 4096); n *= 2) {
-        const Press p{.model = "skin", .skin = rectangle(n, n), .method = "exact", .reads_each = true};
-        const Frames frames = frames_of(p, 2);
-        std::vector<Contender> all;
-        for (const Device& place : places) {
-            const int most = software(place) ? 20 : 2000, steps = int((software(place) ? 5e5 : 4e6) / n / n);
-            all.push_back(pressed(bench, place, "cells", p, std::clamp(steps, 1, most), frames, 2));
-        }
-        bench.measure(std::move(all), bench.runs);
-    }
+    for (int n = 4; n <= (bench.quick ? 512 : 4096); n *= 2)
+        measure_presses(bench, "cells", places,
+                        {{.model = "skin", .skin = rectangle(n, n), .method = "exact", .reads_each = true}},
+                        {4e6, 5e5, 1, 2000, 20}, bench.runs);
 }
 
 namespace {
 
-constexpr Quantity all_four[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-constexpr Quantity three[] = {Quantity::sa1, Quantity::fa1, Quantity::fa2}, two[] = {Quantity::sa1, Quantity::fa1};
-
-struct Option {
-    const char* name;
-    std::span<const Quantity> responses = all_four;
-    Precision precision = Precision::f32;
-    bool receptors = false, cells = false; // receptors in place of fields, and the pressures of their cells alone
-    size_t frames = 1;                     // of a press
-};
-
-const Option all_options[] = {{.name = "all"},
-                              {.name = "compensated", .precision = Precision::f32_compensated},
-                              {.name = "three", .responses = three},
-                              {.name = "two", .responses = two},
-                              {.name = "one", .responses = std::span(all_four).first(1)},
-                              {.name = "receptors", .receptors = true},
-                              {.name = "receptors-cells", .receptors = true, .cells = true},
-                              {.name = "frames-4", .frames = 4},
-                              {.name = "frames-8", .frames = 8}};
-
 void add_options(Bench& bench, const Device& device, const SkinDescription& d, int pads, int receptors) {
-    constexpr size_t ring = 8;
-    const Frames frames = frames_of({.skin = d, .options = in_f32(pads)}, ring);
-    const double cells = (software(device) ? 2e5 : 2e6) / double(frames->size());
-    std::vector<Contender> all;
-    for (const Option& o : all_options) {
-        Press p{.model = o.name, .skin = o.receptors ? with_sites(d, receptors) : d, .options = in_f32(pads)};
-        p.options.precision = o.precision;
-        p.options.responses = {o.responses.begin(), o.responses.end()};
-        p.frames = o.frames;
-        p.cells = o.cells;
-        int rings = std::clamp(int(cells), 1, 200);
-        if (o.cells && !device.info().vulkan) rings = std::max(rings, 100); // takes microseconds
-        all.push_back(pressed(bench, device, "options", p, rings * static_cast<long long>(ring), frames, ring));
-    }
-    bench.measure(std::move(all), bench.runs);
+    const auto all = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    std::vector<Press> presses(9, {.skin = d, .options = in_f32(pads), .ring = 8});
+    for (Press& p : presses) p.options.responses = all;
+    for (const size_t i : {5, 6}) presses[i].skin = with_sites(d, receptors);
+    const char* names[] = {"all",       "compensated",     "three",    "two",     "one",
+                           "receptors", "receptors-cells", "frames-4", "frames-8"};
+    for (size_t i = 0; i < 9; ++i) presses[i].model = names[i];
+    presses[1].options.precision = Precision::f32_compensated;
+    presses[2].options.responses = {Quantity::sa1, Quantity::fa1, Quantity::fa2};
+    presses[3].options.responses = {Quantity::sa1, Quantity::fa1};
+    presses[4].options.responses = {Quantity::sa1};
+    presses[6].cells = true; // the pressures of their cells alone
+    presses[7].frames = 4;
+    presses[8].frames = 8;
+    measure_presses(bench, "options", {device}, presses, {2e6, 2e5, 1, 200, 200, 8}, bench.runs);
 }
 
 } // namespace
@@ -101,114 +71,83 @@ void options(Bench& bench) {
 
 namespace {
 
-struct Kind {
-    const char* name;
-    int width, height;
-    Spread spread = Spread::uniform;
-    Stencil stencil = Stencil::five_point;
-    int elements = 1;
-};
-
-// The first skin of each group is a plain one.
-const std::vector<Kind> groups[] = {{{"uniform", 2048, 2048},
-                                     {"patches-4", 2048, 2048, Spread::patches},
-                                     {"random-4", 2048, 2048, Spread::random},
-                                     {"random-1000", 2048, 2048, Spread::thousand}},
-                                    {{"width", 1024, 1024},
-                                     {"width", 1000, 1024},
-                                     {"width", 1023, 1024},
-                                     {"fourth-order", 1024, 1024, Spread::uniform, Stencil::fourth_order},
-                                     {"published", 1024, 1024, Spread::uniform, published_stencil}},
-                                    {{"elements-1", 512, 512},
-                                     {"elements-2", 512, 512, Spread::uniform, Stencil::five_point, 2},
-                                     {"elements-3", 512, 512, Spread::uniform, Stencil::five_point, 3}}};
-
-Press press_of(const Kind& k) {
-    Press p{.model = k.name, .skin = rectangle(k.width, k.height), .method = "exact"};
-    p.skin.stencil = k.stencil;
-    if (k.stencil != Stencil::five_point) p.stencil = k.name;
-    if (k.elements > 1) {
+Press kind(const char* model, int width, int height, Spread spread = Spread::uniform,
+           Stencil stencil = Stencil::five_point, int elements = 1) {
+    Press p{.model = model, .skin = rectangle(width, height), .method = "exact"};
+    p.skin.stencil = stencil;
+    if (stencil != Stencil::five_point) p.stencil = model;
+    if (elements > 1) {
         p.skin.material.modulus.reset();
         p.skin.material.viscosity.reset();
-        p.skin.material.elements = chain_of(k.elements, false).elements;
+        p.skin.material.elements = chain_of(elements, false).elements;
     }
     std::vector<double> moduli;
-    for (size_t m : materials_of(k.spread, size_t(k.width))) moduli.push_back(20e3 * (1 + 1e-3 * double(m)));
+    for (size_t m : materials_of(spread, size_t(width))) moduli.push_back(20e3 * (1 + 1e-3 * double(m)));
     p.skin.material.modulus_map = moduli;
     return p;
 }
 
 } // namespace
 
+// The first skin of each round is a plain one.
 void kinds(Bench& bench) {
-    for (const Device& device : bench.cpus())
-        for (const std::vector<Kind>& group : groups) {
-            std::vector<Contender> all;
-            const long long presses = (8LL << 20) / group[0].width / group[0].height;
-            for (const Kind& k : group) {
-                const Press p = press_of(k);
-                all.push_back(pressed(bench, device, "kinds", p, presses, frames_of(p, 2), 2));
-            }
-            bench.measure(std::move(all), 3 * bench.runs);
-        }
+    for (const Device& device : bench.cpus()) {
+        const auto measure = [&](int presses, const std::vector<Press>& round) {
+            measure_presses(bench, "kinds", {device}, round, fixed(presses), 3 * bench.runs);
+        };
+        measure(2, {kind("uniform", 2048, 2048), kind("patches-4", 2048, 2048, Spread::patches),
+                    kind("random-4", 2048, 2048, Spread::random), kind("random-1000", 2048, 2048, Spread::thousand)});
+        measure(8, {kind("width", 1024, 1024), kind("width", 1000, 1024), kind("width", 1023, 1024),
+                    kind("fourth-order", 1024, 1024, Spread::uniform, Stencil::fourth_order),
+                    kind("published", 1024, 1024, Spread::uniform, published_stencil)});
+        measure(32,
+                {kind("elements-1", 512, 512), kind("elements-2", 512, 512, Spread::uniform, Stencil::five_point, 2),
+                 kind("elements-3", 512, 512, Spread::uniform, Stencil::five_point, 3)});
+    }
+}
+
+Press hand_of_sites(int n) {
+    Press p{.model = "sites", .skin = rectangle(n, n, 50e-6), .method = "exact", .ring = 1, .pressure = 1e4f};
+    p.skin.sites = dermis::population(p.skin.grid);
+    return p;
 }
 
 void streamed_population(Bench& bench) {
-    const int n = bench.quick ? 512 : 2048;
-    for (bool vulkan : {false, true}) {
-        if (vulkan && !bench.vulkan) continue;
-        std::vector<Contender> all;
-        for (const char* model : {"sites", "march"}) {
-            Press p{.model = model, .skin = rectangle(n, n, 50e-6), .method = "exact"};
-            if (p.model == "sites") p.skin.sites = dermis::population(p.skin.grid);
-            all.push_back(pressed(bench, vulkan ? *bench.vulkan : Device::cpu(bench.cores), "population-frames", p, 5,
-                                  frames_of(p, 1, 1e4f), 1));
-        }
-        bench.measure(std::move(all), bench.runs);
-    }
+    const Press sites = hand_of_sites(bench.quick ? 512 : 2048);
+    Press fields = sites;
+    fields.model = "march";
+    fields.skin.sites.clear();
+    std::vector<Device> places = {Device::cpu(bench.cores)};
+    if (bench.vulkan) places.push_back(*bench.vulkan);
+    for (const Device& place : places)
+        measure_presses(bench, "population-frames", {place}, {sites, fields}, fixed(5), bench.runs);
 }
 
 namespace {
 
 // Batches of 512 pads and what they are compared with, or sites beside fields.
-void add_batches(Bench& bench, const Device& device, std::vector<Press> presses) {
-    std::vector<Contender> all;
-    for (const Press& p : presses) {
-        const double work = device.info().vulkan ? 5e5 : 2e6, cells = double(p.cells_of_frame() * p.skins);
-        const Frames frames = frames_of(p, 2, p.model == "at-rest" ? 0 : 1e4f);
-        all.push_back(pressed(bench, device, "pads-batch", p, std::clamp(int(work / cells), 2, 2000), frames, 2));
-    }
-    bench.measure(std::move(all), bench.runs);
+void add_batches(Bench& bench, const Device& device, const std::vector<Press>& presses) {
+    measure_presses(bench, "pads-batch", {device}, presses, {2e6, 5e5, 2}, bench.runs);
 }
 
 // The time of a press by shape, number of pads, threads and precision. Above `most_at_once` cells one thread and all of
 // them are timed apart, because all skins together would take too much memory, and a software device is left out.
 void add_presses(Bench& bench, const SkinDescription& d, int pads) {
     constexpr long long most_at_once = 1 << 22;
-    const Press shape{.model = "batch", .skin = d, .options = in_f32(pads)};
-    const long long cells = shape.cells_of_frame();
-    const int presses = std::clamp(int((bench.quick ? 5e5 : 2e6) / double(cells)), 2, 2000);
+    Press native{.model = "native-bits", .skin = d, .options = in_f32(pads), .ring = 4, .native = true}, f32 = native;
+    f32.model = "batch";
+    f32.native = false;
+    f32.ratio_to = native.model;
+    Press compensated = f32;
+    compensated.options.precision = Precision::f32_compensated;
+    compensated.ratio_to = "";
     std::vector<std::vector<Device>> rounds = {bench.cpus()};
     if (bench.vulkan) rounds[0].push_back(*bench.vulkan);
-    if (cells > most_at_once) rounds.assign({{Device::cpu(1)}, {Device::cpu(bench.cores)}});
-    const Frames frames = frames_of(shape, 4);
-    for (const std::vector<Device>& together : rounds) {
-        std::vector<Contender> all;
-        for (const Device& device : together) {
-            const bool vulkan = device.info().vulkan;
-            const int steps = software(device) ? std::clamp(int(3e5 / double(cells)), 1, 20) : presses;
-            const bool beside = !vulkan && d.grid.width <= 64;
-            if (beside) all.push_back(native_pads(bench, device, d, pads, presses, frames, 4));
-            for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
-                Press p = shape;
-                p.options.precision = precision;
-                Contender c = pressed(bench, device, "pads", p, steps, frames, 4);
-                if (beside && precision == Precision::f32) c.ratio_to = "native-bits", c.reference = all.size() - 1;
-                all.push_back(std::move(c));
-            }
-        }
-        bench.measure(std::move(all), bench.runs);
-    }
+    if (f32.cells_of_frame() > most_at_once) rounds.assign({{Device::cpu(1)}, {Device::cpu(bench.cores)}});
+    std::vector<Press> presses = {f32, compensated};
+    if (d.grid.width <= 64) presses.insert(presses.begin(), native);
+    for (const std::vector<Device>& together : rounds)
+        measure_presses(bench, "pads", together, presses, {bench.quick ? 5e5 : 2e6, 3e5, 1, 2000, 20}, bench.runs);
 }
 
 Measurement cells_row(Measurement r, const char* model, int width, long long height) {
@@ -278,15 +217,17 @@ void add_paced(Bench& bench, const char* model, const SkinDescription& d) {
 
 void pads(Bench& bench) {
     const SkinDescription small = rectangle(20, 25), hand = rectangle(240, 320);
-    const Press batch{.model = "batch", .skin = small, .options = in_f32(512)},
-        one{.model = "one-skin", .skin = rectangle(512, 500)}, skins{.model = "skins", .skin = small, .skins = 512},
-        rests{.model = "at-rest", .skin = small, .options = in_f32(512)},
-        sites{.model = "batch-sites", .skin = with_sites(small, 80), .options = in_f32(512)};
+    const Press batch{.model = "batch", .skin = small, .options = in_f32(512), .pressure = 1e4f},
+        one{.model = "one-skin", .skin = rectangle(512, 500), .pressure = 1e4f},
+        skins{.model = "skins", .skin = small, .skins = 512, .pressure = 1e4f},
+        rests{.model = "at-rest", .skin = small, .options = in_f32(512), .pressure = 0},
+        sites{.model = "batch-sites", .skin = with_sites(small, 80), .options = in_f32(512), .pressure = 1e4f};
     add_batches(bench, Device::cpu(1), {batch, one, skins, rests, sites});
     if (bench.vulkan) add_batches(bench, *bench.vulkan, {batch, one, rests, sites});
     for (int count : {12000, 3000, 300})
         add_batches(bench, Device::cpu(1),
-                    {{.model = "sites", .skin = with_sites(hand, count)}, {.model = "fields", .skin = hand}});
+                    {{.model = "sites", .skin = with_sites(hand, count), .pressure = 1e4f},
+                     {.model = "fields", .skin = hand, .pressure = 1e4f}});
     const long long most = bench.quick ? 70000 : 1 << 24; // cells
     for (const auto& [width, height] : {std::pair{4, 4}, {4, 6}, {8, 8}, {16, 16}, {20, 25}, {64, 64}})
         for (int count : {1, 64, 512, 4096})

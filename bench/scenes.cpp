@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Workloads that are whole scenes, and error against time.
+// Workloads that are whole scenes.
 #include "bench/skins.hpp"
 #include "host/lab/reduced/moments.hpp"
 
@@ -191,124 +191,6 @@ void marches(Bench& bench) {
 
 namespace {
 
-constexpr double end = 2.56; // s
-
-// A smooth and periodic scene with a known Laplacian of the continuum: waves of `wave` cells along each axis.
-struct Smooth {
-    int n;
-    double k;
-    explicit Smooth(int cells, int wave) : n(cells), k(2 * std::numbers::pi / wave) {}
-    double surface(int x, int y) const { return std::sin(k * x) * std::sin(k * y); }
-    double pressure(int x, int y) const { return 1 + 0.5 * std::cos(k * x) * std::cos(k * y); }
-    std::vector<double> map(double (Smooth::*of)(int, int) const) const {
-        std::vector<double> m;
-        for (int y = 0; y < n; ++y)
-            for (int x = 0; x < n; ++x) m.push_back((this->*of)(x, y));
-        return m;
-    }
-    Scene scene() const {
-        Scene s;
-        s.grid = {n, n, {}};
-        s.edges = Edges::periodic;
-        s.surface.kind = Surface::Kind::map;
-        s.surface.map = map(&Smooth::surface);
-        s.load.kind = Load::Kind::map;
-        s.load.map = map(&Smooth::pressure);
-        s.material.modulus = 1.54;
-        s.material.viscosity = 1;
-        s.time.duration = end;
-        return s;
-    }
-};
-
-// The greatest error over cells and three instants, divided by the greatest value. Strain and responses are compared
-// with closed forms in time on the scene's own grid, curvature with the continuum's.
-std::array<double, 6> errors_of(const Smooth& smooth, Scene s, const Device& device) {
-    const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1, Quantity::sa2,
-                                       Quantity::fa1,    Quantity::fa2, Quantity::curvature};
-    const double E = *s.material.modulus, eta = *s.material.viscosity, times[] = {end / 4, end / 2, 3 * end / 4};
-    for (double t : times) s.output.fields.push_back({t, all});
-    if (s.model == Model::moments) s.model = Model::maps;
-    const Result r = run(s, device);
-    Scene unit = s; // its rest curvature is L(p), by the same stencil
-    unit.surface.map = s.load.map;
-    const SceneMaps m = maps(s);
-    const Map Lp = maps(unit).rest_curvature;
-    std::array<double, 6> worst{}, largest{};
-    for (const Field& f : r.fields) {
-        const double decay = std::exp(-E / eta * f.at), g = -std::expm1(-E / eta * f.at) / E;
-        const double scalar[] = {g, g, (f.at - eta * g) / E, decay / eta, -E / eta * decay / eta};
-        const auto q = size_t(f.quantity);
-        for (int y = 0; y < smooth.n; ++y)
-            for (int x = 0; x < smooth.n; ++x) {
-                const size_t i = size_t(y) * size_t(smooth.n) + size_t(x);
-                const double p = m.pressure[i], C = m.rest_curvature[i] - g * Lp[i];
-                const double k2 = 2 * smooth.k * smooth.k;
-                double exact = 0;
-                if (f.quantity == Quantity::curvature)
-                    exact = -k2 * smooth.surface(x, y) + g * k2 * (smooth.pressure(x, y) - 1);
-                else exact = p * scalar[q] * (f.quantity == Quantity::strain ? 1 : 1 + C);
-                worst[q] = std::max(worst[q], std::abs(f.values[i] - exact));
-                largest[q] = std::max(largest[q], std::abs(exact));
-            }
-    }
-    for (size_t q = 0; q < 6; ++q) worst[q] /= largest[q];
-    return worst;
-}
-
-struct Series {
-    Model model = Model::march;
-    Precision precision = Precision::f32;
-    Method method = Method::exact;
-    Stencil stencil = Stencil::five_point;
-    double least_step = 0; // s
-};
-
-std::vector<Series> accuracy_series(const Bench& bench) {
-    const double least = bench.quick ? 0.02 : 0.0025, longest = 0.64;
-    std::vector<Series> all;
-    for (Method m : {Method::euler, Method::crank_nicolson, Method::rk4, Method::exact})
-        for (Precision p : {Precision::f32, Precision::f64})
-            all.push_back({.precision = p, .method = m, .least_step = least});
-    all.push_back({.precision = Precision::f32_compensated, .least_step = least});
-    all.push_back({.stencil = Stencil::fourth_order, .least_step = longest});
-    all.push_back({.model = Model::moments, .precision = Precision::f64, .least_step = least});
-    return all;
-}
-
-void add_accuracy(Bench& bench, const Smooth& smooth, const Device& cpu, const Series& series, double step) {
-    Scene s = in(smooth.scene(), series.model, series.precision);
-    s.material.viscosity = 0.25; // dt/tau goes up to 3.9, where some methods are unstable
-    s.method = series.method;
-    s.stencil = series.stencil;
-    s.time.step = step;
-    Contender c =
-        ran(bench, cpu, "accuracy", s, std::llround(end / step), true); // maps too: a closed form has little else
-    c.row.method = name(series.method);
-    c.row.stencil = series.stencil == Stencil::five_point ? "five-point" : "fourth-order";
-    c.row.dt_over_tau = step * *s.material.modulus / *s.material.viscosity;
-    try {
-        c.row.errors = errors_of(smooth, s, cpu);
-    } catch (const Error&) { // refused as unstable: its error is charted all the same
-        c.row.status = "unstable";
-        s.allow_unstable = true;
-        c.row.errors = errors_of(smooth, s, cpu);
-        c.work = ran(bench, cpu, "accuracy", s, c.row.steps, true).work;
-    }
-    bench.measure({std::move(c)}, std::min(bench.runs, 5));
-}
-
-} // namespace
-
-void accuracy(Bench& bench) {
-    const Smooth smooth(bench.quick ? 64 : 192, 16);
-    const Device cpu = Device::cpu();
-    for (const Series& series : accuracy_series(bench))
-        for (double step = 0.64; step >= series.least_step; step /= 2) add_accuracy(bench, smooth, cpu, series, step);
-}
-
-namespace {
-
 // The version of a device, and every limit on which depends whether and how kernels run on it.
 void print_limits(vulkan::Context& context) {
     const VkPhysicalDeviceProperties& p = context.physical().properties;
@@ -347,14 +229,6 @@ void add_march(Bench& bench, int n, int steps) {
     bench.measure({ran(bench, *bench.vulkan, "march-uniform", s, steps)}, 3);
 }
 
-// Receptors of a fingertip, frame by frame: pressure in, responses out.
-void add_sites(Bench& bench, int n, int presses) {
-    Press p{.model = "sites", .skin = rectangle(n, n, 50e-6), .method = "exact"};
-    p.skin.sites = dermis::population(p.skin.grid);
-    bench.measure({pressed(bench, *bench.vulkan, "population-frames", p, presses, frames_of(p, 1, 1e4f), 1)},
-                  bench.runs);
-}
-
 } // namespace
 
 // A device by the number of cells: a press, beside the same memory moved alone, a march of traces, and receptors.
@@ -374,7 +248,10 @@ void device_growth(Bench& bench) {
         };
         attempt("press", [&] { streamed_frames_on_device(bench, n); });
         attempt("march-uniform", [&] { add_march(bench, n, software ? 5 : 100); });
-        attempt("population-frames", [&] { add_sites(bench, n, software ? 2 : 20); });
+        attempt("population-frames", [&] {
+            measure_presses(bench, "population-frames", {*bench.vulkan}, {hand_of_sites(n)}, fixed(software ? 2 : 20),
+                            bench.runs);
+        });
     }
 }
 

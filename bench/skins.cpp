@@ -49,33 +49,33 @@ long long Press::cells_of_frame() const {
     return static_cast<long long>(skin.grid.width) * skin.grid.height * options.count;
 }
 
-Frames frames_of(const Press& p, size_t ring, float pressure) {
+namespace {
+
+Frames frames_of(const Press& p) {
     std::mt19937 random(11);
     const auto cells = size_t(p.cells_of_frame());
-    auto frames = std::make_shared<std::vector<float>>(cells * ring);
+    auto frames = std::make_shared<std::vector<float>>(cells * p.ring);
     for (size_t i = 0; i < frames->size(); ++i)
-        (*frames)[i] = std::isnan(pressure) ? float(random() % 20000) : pressure * float(1 + i / cells);
+        (*frames)[i] = std::isnan(p.pressure) ? float(random() % 20000) : p.pressure * float(1 + i / cells);
     return frames;
 }
 
-namespace {
-
 class Presser {
   public:
-    Presser(const Device& device, const Press& p, const Frames& frames, size_t ring)
-        : p_(p), frames_(frames), ring_(ring), numbers_(frames->size() / ring) {
+    Presser(const Device& device, const Press& p, const Frames& frames)
+        : p_(p), frames_(frames), numbers_(frames->size() / p.ring) {
         for (int i = 0; i < p.skins; ++i) skins_.push_back(std::make_unique<Skin>(device, p.skin, p.options));
         if (!p.cells) return;
         auto gathered = std::make_shared<std::vector<float>>();
         const size_t of_pad = numbers_ / size_t(p.options.count);
-        for (size_t pad = 0; pad < ring * size_t(p.options.count); ++pad)
+        for (size_t pad = 0; pad < p.ring * size_t(p.options.count); ++pad)
             for (int cell : skins_[0]->cells()) gathered->push_back((*frames)[pad * of_pad + size_t(cell)]);
-        numbers_ = gathered->size() / ring;
+        numbers_ = gathered->size() / p.ring;
         frames_ = gathered;
     }
     void press(size_t frames) {
         for (size_t i = 0; i < frames; i += p_.frames) {
-            const float* const frame = frames_->data() + i % ring_ * numbers_;
+            const float* const frame = frames_->data() + i % p_.ring * numbers_;
             for (const auto& skin : skins_)
                 if (p_.cells) skin->press_cells(frame, numbers_, press_dt);
                 else if (p_.frames > 1) skin->press_frames(frame, p_.frames, numbers_, press_dt);
@@ -94,32 +94,65 @@ class Presser {
   private:
     const Press p_;
     Frames frames_;
-    size_t ring_, numbers_; // numbers of a frame
+    size_t numbers_; // numbers of a frame
     std::vector<std::unique_ptr<Skin>> skins_;
 };
 
-} // namespace
-
-Contender pressed(const Bench& bench, const Device& device, const char* workload, const Press& p, long long steps,
-                  const Frames& frames, size_t ring) {
-    auto presser = std::make_shared<Presser>(device, p, frames, ring);
+std::function<double()> pressed(const Device& device, const Press& p, long long steps, const Frames& frames) {
+    auto presser = std::make_shared<Presser>(device, p, frames);
     presser->press(8);
     if (device.info().vulkan || device.impl().backend->threads() > 1) {
-        Presser one(Device::cpu(1), p, frames, ring);
+        Presser one(Device::cpu(1), p, frames);
         one.press(8);
         if (!presser->same(one))
-            throw std::runtime_error(
-                fmt::format("{} {}: {} has other bits than one thread", workload, p.model, device.info().name));
+            throw std::runtime_error(fmt::format("{}: {} has other bits than one thread", p.model, device.info().name));
     }
-    Measurement r = row_of(bench.on(device, workload, p.skin.grid.width), p.model, name(*p.options.precision), steps);
+    return [presser, steps] { return seconds_of([&] { presser->press(size_t(steps)); }); };
+}
+
+} // namespace
+
+long long Length::of(const Device& device, const Press& p) const {
+    const bool software = device.info().kind == "software";
+    const double units = (software ? cells_on_software : cells) / double(p.cells_of_frame() * p.skins * unit);
+    const int fewest = p.cells && !device.info().vulkan ? 100 : least; // takes microseconds
+    return std::clamp(int(units), fewest, software ? most_on_software : most) * static_cast<long long>(unit);
+}
+
+Measurement described(Measurement r, const Press& p, long long steps) {
+    r = row_of(r, p.model, name(*p.options.precision), steps);
     r.stencil = p.stencil;
+    r.width = p.skin.grid.width;
     r.height = static_cast<long long>(p.skin.grid.height) * p.options.count * p.skins;
-    r.method = p.method.empty()
-                   ? fmt::format("exact-{}x{}x{}", p.skin.grid.width, p.skin.grid.height, p.options.count * p.skins)
-                   : p.method;
+    r.method = p.method.empty() ? fmt::format("exact-{}x{}x{}", r.width, p.skin.grid.height, p.options.count * p.skins)
+                                : p.method;
     r.receptors = static_cast<long long>(p.skin.sites.size()) * p.options.count;
     r.bytes_per_cell = 48; // pressures, strain and integral read and written, the pressure taken, four responses
-    return {r, [presser, steps] { return seconds_of([&] { presser->press(size_t(steps)); }); }};
+    return r;
+}
+
+void measure_presses(Bench& bench, const char* workload, const std::vector<Device>& places,
+                     const std::vector<Press>& presses, const Length& length, int times) {
+    std::vector<Contender> all;
+    Frames frames;
+    float pressure = NAN; // of the frames
+    for (const Device& place : places) {
+        const size_t first = all.size();
+        for (const Press& p : presses) {
+            if (p.native && place.info().vulkan) continue;
+            const bool same = std::isnan(p.pressure) ? std::isnan(pressure) : p.pressure == pressure;
+            if (!same || !frames || frames->size() != size_t(p.cells_of_frame()) * p.ring) frames = frames_of(p);
+            pressure = p.pressure;
+            const long long steps = length.of(place, p);
+            Contender c{described(bench.on(place, workload, 0), p, steps),
+                        p.native ? native_pads(p, place.impl().backend->threads(), steps, frames)
+                                 : pressed(place, p, steps, frames)};
+            for (size_t k = first; k < all.size() && !p.ratio_to.empty(); ++k)
+                if (all[k].row.model == p.ratio_to) c.ratio_to = p.ratio_to, c.reference = k;
+            all.push_back(std::move(c));
+        }
+    }
+    bench.measure(std::move(all), times);
 }
 
 } // namespace bench

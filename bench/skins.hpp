@@ -30,21 +30,34 @@ struct Press {
     size_t frames = 1;                               // of one call
     bool cells = false;                              // the pressures of the cells of their sites alone are handed over
     std::string stencil = "five-point", method = {}; // method: empty: the shape
-    bool reads_each = false, reads_last = false; // the response FA2, after each press or after the last one of a run
+    bool reads_each = false, reads_last = false;     // FA2, after each press or after the last one of a run
+    size_t ring = 2;                                 // pressures, which are used cyclically
+    float pressure = NAN;                            // Pa, of the first of them, in all cells; NAN: at random
+    bool native = false;       // by a loop that is written for this one kind of pad and compiled for this processor
+    std::string ratio_to = {}; // the model of an earlier press of the same round and place
     long long cells_of_frame() const;
 };
 
-// The pressures of a ring of frames one after another, Pa: at random, or the same in all cells.
+Press hand_of_sites(int n); // receptors of a fingertip on n x n cells
+
+// The pressures of a ring one after another, Pa.
 using Frames = std::shared_ptr<const std::vector<float>>;
-Frames frames_of(const Press&, size_t ring, float pressure = NAN);
 
-// The row of a workload and its work: so many frames of the ring. Throws if a device, or several threads, have other
-// bits than one thread.
-Contender pressed(const Bench&, const dermis::Device&, const char* workload, const Press&, long long steps,
-                  const Frames&, size_t ring);
+// How many presses a run has: as many as step about so many cells.
+struct Length {
+    double cells, cells_on_software;                               // the latter on a device whose kind is "software"
+    int least = 1, most = 2000, most_on_software = 2000, unit = 1; // least and most: of units
+    long long of(const dermis::Device&, const Press&) const;
+};
+constexpr Length fixed(int presses) { return {0, 0, presses, presses, presses}; }
 
-// The same work and bits by a loop that is written for this one kind of pad and compiled for this processor.
-Contender native_pads(const Bench&, const dermis::Device&, const dermis::SkinDescription&, int pads, long long steps,
-                      const Frames&, size_t ring);
+// Times presses at each place in the same rounds. Throws if a device, or several threads, have other bits than one
+// thread.
+void measure_presses(Bench&, const char* workload, const std::vector<dermis::Device>& places, const std::vector<Press>&,
+                     const Length&, int times);
+// The row of a press, without its place.
+Measurement described(Measurement, const Press&, long long steps);
+// The work and the bits of a press of pads by a loop of their own.
+std::function<double()> native_pads(const Press&, int threads, long long steps, const Frames&);
 
 } // namespace bench
