@@ -23,16 +23,12 @@ DECAYS = {  # what a step of z = step/tau leaves of s' = -s/tau
     "euler": lambda z: 1 - z, "rk4": lambda z: 1 - z + z**2 / 2 - z**3 / 6 + z**4 / 24, "backward-euler": lambda z: 1 / (1 + z),
     "crank-nicolson": lambda z: (2 - z) / (2 + z), "sdirk2": lambda z: (1 - (1 - 2 * DIAGONAL) * z) / (1 + DIAGONAL * z) ** 2}
 WEAK = 10.0 ** -np.arange(0, 13, 3)  # Pa
-GRID = "[grid]\nwidth = {}\nheight = {}\nspacing = 1e-4\n"
-FLAT = '[surface]\nkind = "flat"\nrelief = 1e-5\n'
-SPRING = "[material]\nmodulus = 1 # Pa: the strain is the pressure\nviscosity = 0\nthickness = 1e-3\ncurvature_length = 0\n"
-PROBE = '[output]\ntraces = ["strain"]\nextremes = false\nprobes = [[0, 0]]\n'
 
 
-def run(dermis, text, **files):
+def run(dermis, name, values, **files):
     """The columns of the traces of a scene by their names, and its fields."""
     with tempfile.TemporaryDirectory() as folder:
-        out = runs.run(dermis, text, folder, "--device", "cpu", **files)
+        out = runs.run(dermis, runs.scene(name, **values), folder, "--device", "cpu", **files)
         return runs.traces(out), {path.stem: np.load(path) for path in out.glob("*_t*.npy")}
 
 
@@ -40,11 +36,8 @@ def ladder(dermis):
     """By method the greatest error of a held load's strain within 3000 steps at each step of LADDER, and its first strains."""
     errors, courses, cells = {}, {}, [*LADDER, *RINGING.values(), 2.1]
     for method in ("euler", "rk2", "rk4", "backward-euler", "crank-nicolson", "sdirk2", "exact"):
-        text = ('model = "march"\nprecision = "f64"\nallow_unstable = true\nmethod = "{}"\n'.format(method)
-                + f"[grid]\nwidth = {len(cells)}\nheight = 1\n" + '[material]\nmodulus = 1\nviscosity = "viscosity.npy"\n'
-                '[load]\nkind = "linear"\ncenter = [0, 0]\nradius = 1\n[time]\nstep = 1\nduration = 3001\n[output]\n'
-                f'traces = ["strain"]\nextremes = false\nprobes = {[[x, 0] for x in range(len(cells))]}\n')
-        traces, _ = run(dermis, text, viscosity=1 / np.array([cells]))
+        traces, _ = run(dermis, "ladder", dict(method=method, width=len(cells), probes=[[x, 0] for x in range(len(cells))]),
+                        viscosity=1 / np.array([cells]))
         strains = np.array([traces[f"strain_probe{i}"] for i in range(len(cells))])
         with np.errstate(invalid="ignore"):
             off = np.abs(strains + np.expm1(-np.outer(cells, np.arange(strains.shape[1]))))
@@ -59,10 +52,7 @@ def chain(dermis):
     def error(job):
         method, step = job
         elements = ", ".join(f"{{ modulus = {E}, viscosity = {E * tau} }}" for E, tau in zip(MODULI, TIMES))
-        text = (f'model = "march"\nprecision = "f64"\nallow_unstable = true\nmethod = "{method}"\n' + GRID.format(1, 1) + FLAT
-                + f"[material]\nelements = [{elements}]\nthickness = 1e-3\ncurvature_length = 0\n[load]\nradius = 1\nintensity = 1e4\n"
-                f'[time]\nstep = {step}\nduration = {2.56 + step / 2}\n[output]\ntraces = ["fa1"]\nextremes = false\n')
-        traces, _ = run(dermis, text)
+        traces, _ = run(dermis, "chain", dict(method=method, elements=elements, step=step, duration=2.56 + step / 2))
         truth = 1e4 * (np.exp(-np.outer(traces["time"], 1 / TIMES)) / (MODULI * TIMES)).sum(1)
         off = np.abs(traces["fa1_mean"] - truth)[1:].max() / truth[1:].max()
         return off if np.isfinite(off) else np.inf
@@ -85,10 +75,7 @@ def held_depth(dermis):
             for name, factor in DECAYS.items():
                 off = np.abs(stress(factor(step / TIMES)) - truth)[1:].max()
                 found[name].append(off if np.isfinite(off) else np.inf)
-        text = ('preset = "fingertip"\n' + GRID.format(9, 9) + '[surface]\nkind = "flat"\n[material]\ncurvature_length = 0\n[load]\n'
-                'kind = "punch"\ncontrol = "depth"\nradius = 3\nintensity = "0.5 mm"\n[receptors]\nfollow = { sa1 = "stress" }\n'
-                f'[time]\nstep = {step}\nduration = {2.0 + step / 2}\n[output]\ntraces = ["strain", "sa1"]\nprobes = [[4, 4]]\n')
-        traces, _ = run(dermis, text)
+        traces, _ = run(dermis, "held_depth", dict(step=step, duration=2.0 + step / 2))
         stress_of = traces["sa1_probe0"][1:] / traces["strain_probe0"][1:] / 4
         found["exact"].append(np.abs(stress_of - (1 + np.exp(-np.outer(traces["time"][1:], 1 / TIMES)).sum(1)) / 4).max())
     return {name: np.array(errors) for name, errors in found.items()}
@@ -99,9 +86,8 @@ def jump(dermis):
     frames = np.array([0, 0, 0, 1, 1, 1, 1.0]).reshape(-1, 1, 1)
     found = {}
     for hold in ("linear", "parabolic"):
-        text = (GRID.format(1, 1) + FLAT + SPRING + f'[load]\nkind = "sequence"\npath = "frames.npy"\ninterval = 1e-2\nhold = "{hold}"\n'
-                "[time]\nstep = 5e-4\nduration = 0.06\n" + PROBE)
-        traces, _ = run(dermis, text, frames=frames)
+        load = f'kind = "sequence"\npath = "frames.npy"\ninterval = 1e-2\nhold = "{hold}"'
+        traces, _ = run(dermis, "cell", dict(load=load, duration=0.06), frames=frames)
         found[hold] = traces["time"] * 1e3, traces["strain_probe0"]
     return found
 
@@ -109,9 +95,8 @@ def jump(dermis):
 def spline(dermis):
     """The pressure in a cell over which a texture of 0 and 1 slides: places in its numbers, and pressures."""
     texture = np.repeat(np.tile([0.0, 1.0], 4), 8)[None, :]
-    text = (GRID.format(1, 1) + FLAT + SPRING + '[load]\nradius = 1\nintensity = 1\n[load.texture]\npath = "texture.npy"\nvelocity = [-0.01, 0]\n'
-            "[time]\nstep = 5e-4\nduration = 0.2\n" + PROBE)
-    traces, _ = run(dermis, text, texture=texture)
+    load = 'radius = 1\nintensity = 1\n[load.texture]\npath = "texture.npy"\nvelocity = [-0.01, 0]'
+    traces, _ = run(dermis, "cell", dict(load=load, duration=0.2), texture=texture)
     return traces["time"] * 100, traces["strain_probe0"]
 
 
@@ -121,10 +106,7 @@ def border(dermis):
     x = (np.arange(n) + 0.5) * cells
     k = 2 * np.pi / (20.3 * cells)
     surface = 1e-5 * np.sin(k * x[None] + 0.7) * np.sin(k * x[:, None] + 0.3)
-    text = (GRID.format(n, n) + '[surface]\nkind = "file"\npath = "surface.npy"\nspacing = 1e-4\nrelief = 1.0\n'
-            "[material]\nmodulus = 1e4\nviscosity = 1e2\nthickness = 1e-3\ncurvature_length = 0\n[load]\nintensity = 0\n"
-            '[time]\nstep = 0.1\nduration = 0.1\n[output]\ntraces = []\nfields = [{ at = 0, what = ["curvature"] }]\n')
-    _, fields = run(dermis, text, surface=surface)
+    _, fields = run(dermis, "measured_surface", dict(width=n), surface=surface)
     off = np.abs(fields["curvature_t0"] + 2 * k * k * surface) / (2 * k * k * 1e-5)
     inner = np.minimum.reduce([*np.indices((n, n)), *(n - 1 - np.indices((n, n)))])
     return np.array([off[inner == i].max() for i in range(16)])

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from drawing import BLUE, GREEN, GREY, VERMILLION, chart, figure, logarithmic, save
-from runs import table
+from runs import scene, table
 
 LONG = np.longdouble
 SIZE, STEP, ROWS = 192, 0.0625, 100  # cells; s
@@ -89,9 +89,8 @@ def scene_text(materials, knots, gains, asked, tolerance):
     load = (f"kind = \"sequence\"\npath = \"frames.npy\"\ninterval = {knots[1][0]}" if knots is FRAMES else
             f"kind = \"file\"\npath = \"pressure.npy\"\nenvelope = \"table\"\ntimes = {[t for t, _ in knots]}\n"
             f"values = {[level for _, level in knots]}")
-    return (f"tolerance = {tolerance:.17g}\n[grid]\nwidth = {SIZE}\nheight = {SIZE}\n[surface]\nkind = \"file\"\npath = \"surface.npy\"\n"
-            f"[material]\n{material}\n[load]\n{load}\n[time]\nstep = {STEP}\nduration = {STEP * ROWS}\n"
-            f"[receptors]\nfa2_gains = {gains}\n[output]\ntraces = {json.dumps(asked)}\n")
+    return scene("tolerance", tolerance=tolerance, size=SIZE, material=material, load=load, step=STEP, duration=STEP * ROWS, gains=gains,
+                 traces=json.dumps(asked))
 
 
 def error_of(folder, truth):
@@ -102,11 +101,11 @@ def error_of(folder, truth):
 
 # The run that a tolerance takes: (model, precision), its bound, its error, and the least seconds of three. None: refused.
 def taken(dermis, folder, text, truth):
-    scene, out = folder / "scene.toml", folder / "out"
-    scene.write_text(text)
+    path, out = folder / "scene.toml", folder / "out"
+    path.write_text(text)
     seconds = []
     for _ in range(3):
-        if subprocess.run([dermis, "run", scene, "--out", out, "--device", "cpu"], capture_output=True).returncode:
+        if subprocess.run([dermis, "run", path, "--out", out, "--device", "cpu"], capture_output=True).returncode:
             return None
         summary = json.loads((out / "summary.json").read_text())
         seconds.append(summary["seconds"])
@@ -125,9 +124,9 @@ def measured(dermis):
         for i, key in enumerate(("modulus", "viscosity")):
             np.save(folder / f"{key}.npy", np.array([elements[0][i] for elements in ROUNDED])[patch])
         found = {}
-        for title, scene in SCENES.items():
-            truth = exact(*scene, surface, pressure, patch)
-            found[title] = [taken(dermis, folder, scene_text(*scene, t), truth) for t in TOLERANCES]
+        for title, parts in SCENES.items():
+            truth = exact(*parts, surface, pressure, patch)
+            found[title] = [taken(dermis, folder, scene_text(*parts, t), truth) for t in TOLERANCES]
         return found
 
 
