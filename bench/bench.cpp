@@ -3,12 +3,9 @@
 // one run of this program.
 #include "bench/bench.hpp"
 
-#include "bench/gate.hpp"
-
 #include <algorithm>
 #include <ctime>
 #include <fstream>
-#include <iterator>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -101,16 +98,11 @@ void Bench::add(const Measurement& r) {
         return;
     }
     const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
-    const std::string speed = r.model == "process"
-                                  ? fmt::format("{:8.4g} s of the processor", r.wall.busy)
-                                  : fmt::format("{:8.4g} ns per cell and step", r.wall.median / cells * 1e9);
-    const std::string limit =
-        std::isnan(r.of_limit)     ? ""
-        : r.limit == planned_bytes ? fmt::format("  {:.2f} of {:.3f} GB that were planned", r.of_limit, r.limit_GBs)
-        : std::isnan(r.limit_GBs)  ? fmt::format("  {:.2f} of {}", r.of_limit, r.limit)
-                                   : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs);
-    fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:6} {:10.4g} s  {}{}{}\n", r.workload, r.backend, r.threads, r.width,
-               r.model, r.precision, r.method, r.wall.median, speed, limit, r.status == "ok" ? "" : "  " + r.status);
+    fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:6} {:10.4g} s  {:8.4g} ns per cell and step{}{}\n", r.workload,
+               r.backend, r.threads, r.width, r.model, r.precision, r.method, r.wall.median,
+               r.wall.median / cells * 1e9,
+               std::isnan(r.of_limit) ? "" : fmt::format("  {:.2f} of {}", r.of_limit, r.limit),
+               r.status == "ok" ? "" : "  " + r.status);
     std::fflush(stdout);
 }
 
@@ -160,9 +152,9 @@ Measurement row_of(Measurement r, const std::string& model, const std::string& p
 namespace {
 
 struct Arguments {
-    std::string device = "vulkan", out = "results.csv", compare, commit = dermis::commit(), peers;
+    std::string device = "vulkan", out = "results.csv", commit = dermis::commit(), peers;
     std::vector<std::string> only;
-    bool quick = false, speed = false;
+    bool quick = false;
 };
 
 struct Workload {
@@ -207,26 +199,8 @@ void add_arguments(CLI::App& app, Arguments& a) {
     app.add_option("--peers", a.peers,
                    "the command that runs bench/peers.py; without it there are no rows of its peers");
     app.add_option("--out", a.out, "the table")->capture_default_str();
-    auto* compare =
-        app.add_option("--compare", a.compare,
-                       "an earlier table of this machine: exit status 1 where an error, exactness, a status "
-                       "or a row is another one or lost, 2 where the tables cannot be compared");
-    app.add_flag(
-           "--speed", a.speed,
-           fmt::format("with --compare: exit status 1 too where a kernel's time on one thread or a device, over that "
-                       "of the memory alone in the same rounds, is more than {} times the earlier one",
-                       speed_slack))
-        ->needs(compare);
-    app.add_option("--only", a.only, "workloads in place of all")
-        ->check(CLI::IsMember(names_of_workloads()))
-        ->excludes(compare);
+    app.add_option("--only", a.only, "workloads in place of all")->check(CLI::IsMember(names_of_workloads()));
     app.add_option("--commit", a.commit, "written into each row")->capture_default_str();
-}
-
-std::vector<Columns> read_table_of(const std::string& path) {
-    std::ifstream file(path);
-    if (!file) throw Incomparable(path + " cannot be read");
-    return read_table({std::istreambuf_iterator<char>(file), {}}, path);
 }
 
 // save: called after each workload, so that a run that is cut off leaves the rows before that.
@@ -248,51 +222,35 @@ template <class Save> void measure(Bench& bench, const Arguments& a, Save save) 
     if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench), save();
 }
 
-int exit_status(const Verdict& verdict, const std::string& earlier) {
-    for (const std::string& line : verdict.said) fmt::print("{}\n", line);
-    for (const std::string& line : verdict.failed) fmt::print("LOST {}\n", line);
-    fmt::print("{} rows and {} speeds compared with {}: {} lost\n", verdict.rows, verdict.speeds, earlier,
-               verdict.failed.size());
-    return verdict.failed.empty() ? 0 : 1;
-}
-
-int run(const Arguments& a) {
-    std::vector<Columns> earlier; // is read first: `out` may be the same file
-    if (!a.compare.empty()) earlier = read_table_of(a.compare);
+void run(const Arguments& a) {
     const Machine machine = this_machine();
     Bench bench;
     bench.quick = a.quick;
     bench.runs = a.quick ? 3 : 7;
     bench.cores = machine.cores;
-    std::string csv;
     measure(bench, a, [&] {
-        csv = csv_of(bench.rows, {a.commit, a.quick ? "quick" : "full", machine});
         std::ofstream file(a.out);
-        if (!(file << csv).flush()) throw std::runtime_error(a.out + " cannot be written");
+        if (!(file << csv_of(bench.rows, {a.commit, a.quick ? "quick" : "full", machine})).flush())
+            throw std::runtime_error(a.out + " cannot be written");
     });
     fmt::print("{} rows in {}\n", bench.rows.size(), a.out);
-    if (a.compare.empty()) return 0;
-    const GateOptions options{.speed = a.speed, .devices = a.device != "cpu", .cpus = supported_backends()};
-    return exit_status(compare(earlier, read_table(csv, a.out), options), a.compare);
 }
 
 } // namespace
 
 } // namespace bench
 
-// Exit status: 0 done, 1 failed or something is lost, 2 bad input.
+// Exit status: 0 done, 1 failed, 2 bad input.
 int main(int argc, char** argv) {
     CLI::App app{"What each choice costs in time and in error"};
     bench::Arguments arguments;
     bench::add_arguments(app, arguments);
     try {
         app.parse(argc, argv);
-        return bench::run(arguments);
+        bench::run(arguments);
+        return 0;
     } catch (const CLI::ParseError& e) {
         return app.exit(e) ? 2 : 0;
-    } catch (const bench::Incomparable& e) {
-        fmt::print(stderr, "dermis-bench: {}\n", e.what());
-        return 2;
     } catch (const std::exception& e) {
         fmt::print(stderr, "dermis-bench: {}\n", e.what());
         return 1;

@@ -47,14 +47,4 @@ Machine this_machine() {
     return {cpu_model(), std::max(int(std::thread::hardware_concurrency()), 1), compiler};
 }
 
-std::set<std::string> supported_backends() {
-    std::set<std::string> all = {"cpu-plain", "cpu-moves", "cpu-moves-cached"};
-#ifdef __x86_64__
-    if (__builtin_cpu_supports("avx2")) all.insert("cpu-avx2");
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-        all.insert("cpu-avx512");
-#endif
-    return all;
-}
-
 } // namespace bench

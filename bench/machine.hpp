@@ -2,7 +2,6 @@
 // The machine that a table is measured on, and the compiler that built the program.
 #pragma once
 
-#include <set>
 #include <string>
 
 namespace bench {
@@ -13,9 +12,5 @@ struct Machine {
     std::string compiler;
 };
 Machine this_machine();
-
-// The CPU backends of the table whose instruction sets this processor has, whether or not the program has loops for
-// them.
-std::set<std::string> supported_backends();
 
 } // namespace bench

@@ -8,6 +8,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,28 +19,22 @@ using namespace dermis;
 
 namespace {
 
-// The costs of a run in a process of its own: seconds of its steps, peak memory.
-struct Alone {
-    double seconds = NAN, peak_bytes = NAN;
-};
-
-Alone alone(const std::function<double()>& work) {
-    int ends[2];
-    if (pipe(ends) != 0) return {};
-    const pid_t child = fork();
-    if (child == 0) {
-        const double seconds = work();
-        _exit(write(ends[1], &seconds, sizeof seconds) == sizeof seconds ? 0 : 1);
-    }
-    Alone a;
-    close(ends[1]);
-    if (read(ends[0], &a.seconds, sizeof a.seconds) != sizeof a.seconds) a.seconds = NAN;
-    close(ends[0]);
+rusage usage_of(pid_t child, int& status) {
     rusage usage{};
+    if (wait4(child, &status, 0, &usage) != child) status = -1;
+    return usage;
+}
+
+// The seconds that work returns in a process of its own, and the peak memory of that process, in bytes.
+std::pair<double, double> alone(const std::function<double()>& work) {
+    auto* const seconds =
+        static_cast<double*>(mmap(nullptr, sizeof(double), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+    const pid_t child = fork();
+    if (child == 0) *seconds = work(), _exit(0);
     int status = 0;
-    wait4(child, &status, 0, &usage);
-    a.peak_bytes = double(usage.ru_maxrss) * 1024;
-    return a;
+    const double peak = double(usage_of(child, status).ru_maxrss) * 1024, taken = status ? NAN : *seconds;
+    munmap(seconds, sizeof(double));
+    return {taken, peak};
 }
 
 // A scene of so many cells a side; its run's memory is measured.
@@ -77,21 +72,22 @@ Scene scene_of(const Remembered& c, int n, int steps) {
 
 // Runs a scene on the CPU path, each time in a process of its own, and compares the greatest memory with plan()'s.
 void add_alone(Bench& bench, const Remembered& c, int n, int steps, int runs) {
-    std::vector<double> seconds;
-    Alone a;
+    std::vector<double> all;
+    double peak = 0;
     for (int i = 0; i < runs; ++i) {
-        a = alone([&] { return run(scene_of(c, n, steps), Device::cpu()).seconds; });
-        seconds.push_back(a.seconds);
+        const auto [seconds, bytes] = alone([&] { return run(scene_of(c, n, steps), Device::cpu()).seconds; });
+        all.push_back(seconds);
+        peak = bytes;
     }
     Measurement r = row_of(bench.cpu(c.workload, n, bench.cores), name(c.model), name(c.precision), steps);
-    r.wall = timing_of(seconds);
-    const auto planned = [&] {
-        const Explanation e = plan(scene_of(c, n, steps), Device::cpu());
-        return e.candidates[e.chosen].bytes;
-    };
+    r.wall = timing_of(all);
     r.limit = planned_bytes;
-    r.limit_GBs = alone(planned).seconds / 1e9;
-    r.of_limit = a.peak_bytes / 1e9 / r.limit_GBs;
+    r.limit_GBs = alone([&] {
+                      const Explanation e = plan(scene_of(c, n, steps), Device::cpu());
+                      return e.candidates[e.chosen].bytes;
+                  }).first /
+                  1e9;
+    r.of_limit = peak / 1e9 / r.limit_GBs;
     bench.add(r);
 }
 
@@ -123,74 +119,57 @@ double seconds_of_process(const std::vector<std::string>& words, double& process
     pid_t child = 0;
     int status = posix_spawn(&child, arguments[0], &quiet, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&quiet);
-    rusage usage{};
-    if (status != 0 || wait4(child, &status, 0, &usage) != child || status != 0)
-        throw std::runtime_error(fmt::format("{} failed: {}", fmt::join(words, " "), status));
+    const rusage usage = status == 0 ? usage_of(child, status) : rusage{};
+    if (status != 0) throw std::runtime_error(fmt::format("{} failed: {}", fmt::join(words, " "), status));
     const double wall = now() - start;
     const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
     processor = seconds(usage.ru_utime) + seconds(usage.ru_stime);
     return wall;
 }
 
-// Times the command as a whole, from its start to its end, with the files that it writes.
-class Commands {
-  public:
-    explicit Commands(Bench& bench) : bench_(bench) {
-        fs::create_directories(folder_);
-        std::ofstream(folder_ / "smallest.toml") << "[grid]\nwidth = 1\nheight = 1\n[time]\nduration = 0.01\n";
-        std::ofstream(folder_ / "study.toml") << "[surface]\nkind = \"spiral\"\n[load]\nkind = \"circular\"\n[output]\n"
-                                                 "probes = [[75, 75], [85, 85], [60, 80], [37, 37], [112, 112]]\n";
+void add_command(Bench& bench, Measurement r, const std::string& what, std::vector<std::string> words) {
+    r.workload = "process-" + what;
+    r.model = "process";
+    r.method = r.stencil = r.precision = "";
+    std::vector<double> wall;
+    double processor = 0, busy = INFINITY;
+    seconds_of_process(words, processor); // warms caches on disk
+    for (int i = 0; i < (bench.quick ? 7 : 15); ++i) {
+        wall.push_back(seconds_of_process(words, processor));
+        busy = std::min(busy, processor);
     }
-    ~Commands() { fs::remove_all(folder_); }
-
-    static fs::path command() { return fs::read_symlink("/proc/self/exe").parent_path() / "dermis"; }
-
-    void add_run(const std::string& scene, int cells, const std::string& device) {
-        const bool vulkan = device == "vulkan";
-        Measurement r = vulkan ? bench_.on(*bench_.vulkan, "", cells) : bench_.cpu("", cells, bench_.cores);
-        r.steps = scene == "study" ? 999 : 0;
-        add(r, scene + "-" + device,
-            {"run", (folder_ / (scene + ".toml")).string(), "--out", (folder_ / "results").string(), "--device",
-             vulkan ? bench_.vulkan->info().name : device});
-    }
-
-    void add(Measurement r, const std::string& what, std::vector<std::string> words) {
-        r.workload = "process-" + what;
-        r.model = "process";
-        r.method = r.stencil = r.precision = "";
-        words.insert(words.begin(), command().string());
-        std::vector<double> wall;
-        double processor = 0, busy = INFINITY;
-        seconds_of_process(words, processor); // warms caches on disk
-        for (int i = 0; i < (bench_.quick ? 7 : 15); ++i) {
-            wall.push_back(seconds_of_process(words, processor));
-            busy = std::min(busy, processor);
-        }
-        r.wall = timing_of(wall);
-        r.wall.busy = busy;
-        bench_.add(r);
-    }
-
-  private:
-    Bench& bench_;
-    const fs::path folder_ = fs::temp_directory_path() / fmt::format("dermis_bench_{}", getpid());
-};
+    r.wall = timing_of(wall);
+    r.wall.busy = busy;
+    bench.add(r);
+}
 
 } // namespace
 
+// The command as a whole, from its start to its end, with the files that it writes.
 void processes(Bench& bench) {
-    if (!fs::exists(Commands::command())) {
-        fmt::print(stderr, "dermis-bench: no rows of whole processes: {} does not exist\n",
-                   Commands::command().string());
+    const fs::path command = fs::read_symlink("/proc/self/exe").parent_path() / "dermis",
+                   folder = fs::temp_directory_path() / fmt::format("dermis_bench_{}", getpid());
+    if (!fs::exists(command)) {
+        fmt::print(stderr, "dermis-bench: no rows of whole processes: {} does not exist\n", command.string());
         return;
     }
-    Commands commands(bench);
-    commands.add(bench.cpu("", 0, 1), "help", {"--help"});
+    fs::create_directories(folder);
+    const std::shared_ptr<void> last(nullptr, [&](void*) { fs::remove_all(folder); });
+    std::ofstream(folder / "smallest.toml") << "[grid]\nwidth = 1\nheight = 1\n[time]\nduration = 0.01\n";
+    std::ofstream(folder / "study.toml") << "[surface]\nkind = \"spiral\"\n[load]\nkind = \"circular\"\n[output]\n"
+                                            "probes = [[75, 75], [85, 85], [60, 80], [37, 37], [112, 112]]\n";
+    const auto add = [&](Measurement r, const char* scene, const std::string& name, const std::string& device) {
+        r.steps = scene == std::string("study") ? 999 : 0;
+        add_command(bench, r, fmt::format("{}-{}", scene, name),
+                    {command.string(), "run", (folder / scene).string() + ".toml", "--out",
+                     (folder / "results").string(), "--device", device});
+    };
+    add_command(bench, bench.cpu("", 0, 1), "help", {command.string(), "--help"});
     for (const char* device : {"cpu", "auto"}) {
-        commands.add_run("smallest", 1, device);
-        commands.add_run("study", 150, device);
+        add(bench.cpu("", 1, bench.cores), "smallest", device, device);
+        add(bench.cpu("", 150, bench.cores), "study", device, device);
     }
-    if (bench.vulkan) commands.add_run("smallest", 1, "vulkan");
+    if (bench.vulkan) add(bench.on(*bench.vulkan, "", 1), "smallest", "vulkan", bench.vulkan->info().name);
 }
 
 } // namespace bench
