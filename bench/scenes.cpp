@@ -82,21 +82,18 @@ void population(Bench& bench) {
         hand.material = skin.material;
         hand.load.intensity = 1e4;
         hand = with_maps(hand);
-        if (!uniform) { // different materials have no closed form, so that cells are stepped
-            std::vector<double>& modulus = hand.material.modulus_map.edit();
-            for (int i = 0; i < n * n; ++i) modulus.push_back(20e3 * (1 + (i / 512) % 4));
-        }
+        for (int i = 0; i < n * n && !uniform;
+             ++i) // different materials have no closed form, so that cells are stepped
+            hand.material.modulus_map.edit().push_back(20e3 * (1 + (i / 512) % 4));
         hand.time = {0.01, 0.5};
-        Scene sites = hand;
+        Scene sites = in(hand, Model::sites, Precision::f64);
         sites.sites = dermis::population(hand.grid);
         sites.output.traces.clear();
         for (const Scene& s : {sites, in(hand, Model::march, Precision::f32)}) {
-            Measurement r = bench.cpu("population", n, bench.cores);
-            r = s.model ? row_of(r, "march", "f32", 50) : row_of(r, "sites", "f64", 50);
-            r.method = uniform ? "exact" : "exact-materials";
-            r.receptors = static_cast<long long>(s.sites.size());
-            bench.measure(
-                r, [&s] { return run(s, Device::cpu()).seconds; }, std::min(bench.runs, 3));
+            Contender c = ran(bench, Device::cpu(), "population", s, 50);
+            c.row.method = uniform ? "exact" : "exact-materials";
+            c.row.receptors = static_cast<long long>(s.sites.size());
+            bench.measure({std::move(c)}, std::min(bench.runs, 3));
         }
     }
 }
@@ -139,15 +136,13 @@ void constant_map(Bench& bench) {
                 r, [&] { return seconds_of(moments); }, bench.quick ? 5 : 15);
             if (!std::isfinite(last)) throw std::runtime_error("held-map: a mean is not finite");
         }
-        if (n > 512) continue;
-        std::vector<Device> devices;
-        devices.push_back(Device::cpu(bench.cores));
-        if (bench.vulkan) devices.push_back(*bench.vulkan);
-        for (const Device& device : devices) {
-            Scene marched = in(s, Model::march, Precision::f32);
-            marched.time.duration = device.info().vulkan ? 1 : 10;
-            const int steps = device.info().vulkan ? 100 : 1000;
-            bench.measure({ran(bench, device, "held-map", marched, steps)}, std::min(bench.runs, 3));
+        std::vector<std::pair<Device, int>> marched; // and their numbers of steps
+        if (n == 512) marched.push_back({Device::cpu(bench.cores), 1000});
+        if (n == 512 && bench.vulkan) marched.push_back({*bench.vulkan, 100});
+        for (const auto& [device, steps] : marched) {
+            Scene march = in(s, Model::march, Precision::f32);
+            march.time.duration = 0.01 * steps;
+            bench.measure({ran(bench, device, "held-map", march, steps)}, std::min(bench.runs, 3));
         }
     }
 }

@@ -12,38 +12,49 @@ using namespace dermis;
 
 namespace {
 
-constexpr int side = 48;
+constexpr int side = 48, flat_side = 16;
+constexpr double flat_spacing = 1.5e-3; // m
 
-// A contact in the middle of every nth pad of a batch, of a patch with a radius of 2.4 cells.
-class Contacts {
-  public:
-    Contacts(int pads, int every) : touch_(shape(), pads, 1e-3, true), middles_(size_t(3 * pads)) {
-        for (int i = 0; i < pads; i += every) {
-            pad_.push_back(i);
-            position_.insert(position_.end(), {1e-4, -2e-4, 0});
-            force_.insert(force_.end(), {0.02, 0.01, -0.1});
-        }
-    }
+// Contacts of a batch, as patches or by the shapes of bodies.
+struct Laid {
+    contact::Touch touch;
+    std::vector<double> position{}, force{}, size{}, place{}, rotation{};
+    std::vector<int32_t> pad{}, shape_pad{}, kind{};
+    double radius = 0; // m, of a patch; 0: shapes press
+    std::vector<double> middles = std::vector<double>(size_t(3 * touch.count()));
+    std::vector<int32_t> body = {};
     void add() {
-        touch_.add({.position = middles_.data(), .rotation = axes_, .rotation_step = 0}, {.count = pad_.size(),
-                                                                                          .pad = pad_.data(),
-                                                                                          .position = position_.data(),
-                                                                                          .force = force_.data(),
-                                                                                          .radius = &radius_,
-                                                                                          .radius_step = 0});
+        constexpr double axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+        body.resize(pad.size());
+        touch.add({.position = middles.data(), .rotation = axes, .rotation_step = 0},
+                  {.count = pad.size(),
+                   .pad = pad.data(),
+                   .position = position.data(),
+                   .force = force.data(),
+                   .radius = radius > 0 ? &radius : nullptr,
+                   .body = radius > 0 ? nullptr : body.data(),
+                   .radius_step = 0},
+                  {.count = shape_pad.size(),
+                   .pad = shape_pad.data(),
+                   .body = body.data(),
+                   .kind = kind.data(),
+                   .size = size.data(),
+                   .position = place.data(),
+                   .rotation = rotation.data()});
     }
-    const contact::Touch& touch() const { return touch_; }
-    const std::vector<int>& pads() const { return pad_; }
-
-  private:
-    static contact::Pad shape() {
-        return {.width = side, .height = side, .spacing = 2.5e-4, .radius_x = 8e-3, .radius_y = 8e-3};
-    }
-    contact::Touch touch_;
-    std::vector<double> middles_, position_, force_;
-    std::vector<int32_t> pad_;
-    const double axes_[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, radius_ = 6e-4;
 };
+
+// A contact in the middle of every nth round pad, of a patch with a radius of 2.4 cells.
+Laid patches(int pads, int every) {
+    const contact::Pad pad{.width = side, .height = side, .spacing = 2.5e-4, .radius_x = 8e-3, .radius_y = 8e-3};
+    Laid all{.touch = {pad, pads, 1e-3, true}, .radius = 6e-4};
+    for (int i = 0; i < pads; i += every) {
+        all.pad.push_back(i);
+        all.position.insert(all.position.end(), {1e-4, -2e-4, 0});
+        all.force.insert(all.force.end(), {0.02, 0.01, -0.1});
+    }
+    return all;
+}
 
 // Times some ways to press in turn. The others are compared with the first way.
 void add_ways(Bench& bench, const char* kind, int side, int pads, int threads,
@@ -67,20 +78,20 @@ void add_ways(Bench& bench, const char* kind, int side, int pads, int threads,
 
 // every: one pad of so many is touched.
 void add_touched(Bench& bench, int pads, int every, const Device& device) {
-    Contacts contacts(pads, every);
+    Laid contacts = patches(pads, every);
     contacts.add();
     SkinOptions options = in_f32(pads);
     Skin listed(device, rectangle(side, side), options), all(device, rectangle(side, side), options);
     options.shear = true;
     Skin sheared(device, rectangle(side, side), options);
     const size_t cells = size_t(side) * side;
-    const float* const pressure = contacts.touch().pressure();
+    const float* const pressure = contacts.touch.pressure();
     std::vector<float> of_listed;
-    for (const int pad : contacts.pads())
+    for (const int pad : contacts.pad)
         of_listed.insert(of_listed.end(), pressure + size_t(pad) * cells, pressure + size_t(pad + 1) * cells);
-    const auto press_listed = [&] { listed.press(of_listed.data(), of_listed.size(), press_dt, contacts.pads()); };
+    const auto press_listed = [&] { listed.press(of_listed.data(), of_listed.size(), press_dt, contacts.pad); };
     const auto press_all = [&] { all.press(pressure, size_t(pads) * cells, press_dt); };
-    const auto shear = [&] { sheared.press(contacts.touch(), press_dt); };
+    const auto shear = [&] { sheared.press(contacts.touch, press_dt); };
     for (int i = 0; i < 3; ++i) press_listed(), press_all(), shear();
     for (Quantity q : {Quantity::sa1, Quantity::fa1})
         if (!std::ranges::equal(all.response(q), sheared.response(q)))
@@ -93,67 +104,41 @@ void add_touched(Bench& bench, int pads, int every, const Device& device) {
 }
 
 // Bodies below every nth of so many flat pads, in two contacts each, turned and off the middle.
-class Bodies {
-  public:
-    static constexpr int side = 16;
-    static constexpr double spacing = 1.5e-3; // m
-    Bodies(contact::Body::Kind kind, const std::array<double, 3>& size, int pads, int every)
-        : touch_({.width = side, .height = side, .spacing = spacing}, pads, 1e-3, false, {.stiffness = 5e7}),
-          middles_(size_t(3 * pads)) {
-        for (int i = 0; i < pads; i += every) {
-            const double turn = 0.3 * std::sin(i), tilt = 0.02 * std::sin(3.0 * i), x = 6e-3 * std::sin(7.0 * i);
-            const bool lies = kind == contact::Body::Kind::cylinder; // its axis is along the pad's y
-            const double c = std::cos(turn), s = std::sin(turn), ct = std::cos(tilt), st = std::sin(tilt);
-            const double across[3] = {c, s, 0}, along[3] = {-s * ct, c * ct, st}, up[3] = {s * st, -c * st, ct};
-            for (int k = 0; k < 3; ++k)
-                rotation_.insert(rotation_.end(), {across[k], lies ? up[k] : along[k], lies ? -along[k] : up[k]});
-            shapes_.push_back(i), kinds_.push_back(int32_t(kind));
-            sizes_.insert(sizes_.end(), size.begin(), size.end());
-            places_.insert(places_.end(), {x, 0, 15e-3});
-            for (const double y : {-4e-3, 4e-3}) {
-                pads_.push_back(i);
-                position_.insert(position_.end(), {x + 5e-4, y, 0});
-                force_.insert(force_.end(), {0, 0, -0.75});
-            }
+Laid bodies(contact::Body::Kind kind, const std::array<double, 3>& size, int pads, int every) {
+    Laid all{
+        .touch = {
+            {.width = flat_side, .height = flat_side, .spacing = flat_spacing}, pads, 1e-3, false, {.stiffness = 5e7}}};
+    for (int i = 0; i < pads; i += every) {
+        const double turn = 0.3 * std::sin(i), tilt = 0.02 * std::sin(3.0 * i), x = 6e-3 * std::sin(7.0 * i);
+        const bool lies = kind == contact::Body::Kind::cylinder; // its axis is along the pad's y
+        const double c = std::cos(turn), s = std::sin(turn), ct = std::cos(tilt), st = std::sin(tilt);
+        const double across[3] = {c, s, 0}, along[3] = {-s * ct, c * ct, st}, up[3] = {s * st, -c * st, ct};
+        for (int k = 0; k < 3; ++k)
+            all.rotation.insert(all.rotation.end(), {across[k], lies ? up[k] : along[k], lies ? -along[k] : up[k]});
+        all.shape_pad.push_back(i), all.kind.push_back(int32_t(kind));
+        all.size.insert(all.size.end(), size.begin(), size.end());
+        all.place.insert(all.place.end(), {x, 0, 15e-3});
+        for (const double y : {-4e-3, 4e-3}) {
+            all.pad.push_back(i);
+            all.position.insert(all.position.end(), {x + 5e-4, y, 0});
+            all.force.insert(all.force.end(), {0, 0, -0.75});
         }
-        bodies_.resize(pads_.size());
     }
-    void add() {
-        touch_.add({.position = middles_.data(), .rotation = axes_, .rotation_step = 0},
-                   {.count = pads_.size(),
-                    .pad = pads_.data(),
-                    .position = position_.data(),
-                    .force = force_.data(),
-                    .body = bodies_.data()},
-                   {.count = shapes_.size(),
-                    .pad = shapes_.data(),
-                    .body = bodies_.data(),
-                    .kind = kinds_.data(),
-                    .size = sizes_.data(),
-                    .position = places_.data(),
-                    .rotation = rotation_.data()});
-    }
-    const contact::Touch& touch() const { return touch_; }
-
-  private:
-    contact::Touch touch_;
-    std::vector<double> middles_, rotation_, sizes_, places_, position_, force_;
-    std::vector<int32_t> pads_, bodies_, shapes_, kinds_;
-    const double axes_[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-};
+    return all;
+}
 
 // A ball, a bottle and a box with two edges on the pad press every nth pad, beside the press of these of four
 // responses.
 void add_bodies(Bench& bench, int pads, int every) {
     using Kind = contact::Body::Kind;
-    Bodies ball(Kind::sphere, {15e-3}, pads, every), bottle(Kind::cylinder, {15e-3, 0.04}, pads, every),
-        box(Kind::box, {8e-3, 0.02, 15e-3}, pads, every);
+    Laid ball = bodies(Kind::sphere, {15e-3}, pads, every), bottle = bodies(Kind::cylinder, {15e-3, 0.04}, pads, every),
+         box = bodies(Kind::box, {8e-3, 0.02, 15e-3}, pads, every);
     SkinOptions options = in_f32(pads);
     options.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    Skin skin(Device::cpu(1), rectangle(Bodies::side, Bodies::side, Bodies::spacing), options);
-    for (Bodies* each : {&ball, &bottle, &box}) each->add(), skin.press(each->touch(), press_dt);
-    add_ways(bench, every == 1 ? "bodies" : "few-bodies", Bodies::side, pads, 1,
-             {{"touch-press", [&] { skin.press(ball.touch(), press_dt); }},
+    Skin skin(Device::cpu(1), rectangle(flat_side, flat_side, flat_spacing), options);
+    for (Laid* each : {&ball, &bottle, &box}) each->add(), skin.press(each->touch, press_dt);
+    add_ways(bench, every == 1 ? "bodies" : "few-bodies", flat_side, pads, 1,
+             {{"touch-press", [&] { skin.press(ball.touch, press_dt); }},
               {"shape-ball", [&] { ball.add(); }},
               {"shape-bottle", [&] { bottle.add(); }},
               {"shape-box", [&] { box.add(); }}});
