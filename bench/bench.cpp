@@ -157,59 +157,60 @@ struct Arguments {
     bool quick = false;
 };
 
+enum class When { first, usually, named };
+
 struct Workload {
     const char* name;
     void (*measure)(Bench&);
+    When when = When::usually;
 };
-// These fork, so that they run before any device is opened.
-constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
-constexpr Workload workloads[] = {{"press", streamed_frames},
-                                  {"cells", by_cells},
-                                  {"options", options},
-                                  {"kinds", kinds},
-                                  {"held-map", constant_map},
-                                  {"study", study},
-                                  {"population", population},
-                                  {"population-frames", streamed_population},
-                                  {"march", marches},
-                                  {"chains", chains},
-                                  {"pads", pads},
-                                  {"materials", materials},
-                                  {"accuracy", accuracy},
-                                  {"stiff", stiff},
-                                  {"spikes", spikes},
-                                  {"touch", touch},
-                                  {"construction", construction},
-                                  {"depth", depth},
-                                  {"processes", processes}};
-// It takes minutes on a software device, so it runs only when it is named.
-constexpr Workload on_request = {"device", device_growth};
-
-std::vector<std::string> names_of_workloads() {
-    std::vector<std::string> names = {on_request.name};
-    for (const Workload& w : forking) names.push_back(w.name);
-    for (const Workload& w : workloads) names.push_back(w.name);
-    return names;
-}
+constexpr Workload workloads[] = {
+    {"growth", growth, When::first}, // these fork, so that they run before any device is opened
+    {"memory", memory, When::first},
+    {"press", streamed_frames},
+    {"cells", by_cells},
+    {"options", options},
+    {"kinds", kinds},
+    {"held-map", constant_map},
+    {"study", study},
+    {"population", population},
+    {"population-frames", streamed_population},
+    {"march", marches},
+    {"chains", chains},
+    {"pads", pads},
+    {"materials", materials},
+    {"accuracy", accuracy},
+    {"stiff", stiff},
+    {"spikes", spikes},
+    {"touch", touch},
+    {"construction", construction},
+    {"depth", depth},
+    {"processes", processes},
+    {"device", device_growth, When::named}}; // takes minutes on a software device
 
 void add_arguments(CLI::App& app, Arguments& a) {
+    std::vector<std::string> names;
+    for (const Workload& w : workloads) names.push_back(w.name);
     app.add_option("--device", a.device, "cpu, vulkan, a row of `dermis devices` or a part of a name")
         ->capture_default_str();
     app.add_flag("--quick", a.quick, "smaller grids, fewer runs: under three minutes");
     app.add_option("--peers", a.peers,
                    "the command that runs bench/peers.py; without it there are no rows of its peers");
     app.add_option("--out", a.out, "the table")->capture_default_str();
-    app.add_option("--only", a.only, "workloads in place of all")->check(CLI::IsMember(names_of_workloads()));
+    app.add_option("--only", a.only, "workloads in place of all")->check(CLI::IsMember(names));
     app.add_option("--commit", a.commit, "written into each row")->capture_default_str();
 }
 
 // save: called after each workload, so that a run that is cut off leaves the rows before that.
 template <class Save> void measure(Bench& bench, const Arguments& a, Save save) {
-    const auto wanted = [&](const std::string& name) {
-        return a.only.empty() || std::find(a.only.begin(), a.only.end(), name) != a.only.end();
+    const auto take = [&](bool first) {
+        for (const Workload& w : workloads) {
+            const bool named = std::find(a.only.begin(), a.only.end(), w.name) != a.only.end();
+            if ((w.when == When::first) == first && (a.only.empty() ? w.when != When::named : named))
+                w.measure(bench), save();
+        }
     };
-    for (const Workload& w : forking)
-        if (wanted(w.name)) w.measure(bench), save();
+    take(true);
     bench.peers = std::make_unique<Peers>(a.peers);
     if (a.device != "cpu") try {
             bench.vulkan = Device::open(a.device);
@@ -217,9 +218,7 @@ template <class Save> void measure(Bench& bench, const Arguments& a, Save save) 
             if (a.device != "vulkan") throw;
             fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
         }
-    for (const Workload& w : workloads)
-        if (wanted(w.name)) w.measure(bench), save();
-    if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench), save();
+    take(false);
 }
 
 void run(const Arguments& a) {

@@ -85,6 +85,13 @@ def named(axis, names, side="right", apart=13, fontsize=9.5):
                       fontsize=fontsize, annotation_clip=False)
 
 
+def small(figure):
+    """Small numbers at all axes, on a fine grid."""
+    for axis in figure.axes:
+        axis.tick_params(labelsize=8)
+        axis.grid(alpha=0.3)
+
+
 def key(figure, handles, labels, share=0.07, **more):
     """One key of all lines below a picture, on a share of its height."""
     figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))

@@ -77,6 +77,13 @@ class Frame:
         return [x * (1 + self.rest - self.laplacian(strain)) for x in (strain, integral, rate, acceleration)]
 
 
+def add(to, scratch, *parts):
+    """Adds maps, each times a number, in place."""
+    for x, factor in parts:
+        np.multiply(x, factor, out=scratch)
+        to += scratch
+
+
 def numpy_frame(s):
     (eps, total), out = s.state, s.out
     p, q = s.pressures()
@@ -84,20 +91,11 @@ def numpy_frame(s):
     np.subtract(q, p, out=way)
     np.multiply(eps, E, out=r)
     np.subtract(p, r, out=r)
-    np.multiply(eps, I0, out=t)
-    total += t
-    np.multiply(p, I1, out=t)
-    total += t
-    np.multiply(way, I2, out=t)
-    total += t
+    add(total, t, (eps, I0), (p, I1), (way, I2))
     for target, of_r, of_way in ((rate, V0, V1), (acceleration, A0, A1)):
         np.multiply(r, of_r, out=target)
-        np.multiply(way, of_way, out=t)
-        target += t
-    np.multiply(r, B, out=t)
-    eps += t
-    np.multiply(way, F, out=t)
-    eps += t
+        add(target, t, (way, of_way))
+    add(eps, t, (r, B), (way, F))
     padded = s.padded
     padded[1:-1, 1:-1] = eps
     padded[0, 1:-1], padded[-1, 1:-1] = eps[0], eps[-1]
@@ -132,8 +130,7 @@ def prepare_frames(n):
         for _ in range(CHECKED):
             frame(scene)
         errors = [np.abs(found - x).max() / np.abs(x).max() for found, x in zip(scene.out, exact)]
-        WORK[name, method] = lambda count, frame=frame: [frame(scene) for _ in range(count)]
-        tell(name, method, version, threads, CHECKED, errors)
+        offer(name, method, version, threads, CHECKED, errors, lambda count, frame=frame: [frame(scene) for _ in range(count)])
 
 
 def torch_frame(p, q, eps, total, rest):
@@ -191,8 +188,7 @@ def prepare_device_frames(n):
             continue
         errors = [np.abs(found.cpu().numpy() - x).max() / np.abs(x).max()
                   for found, x in zip(small.maps[2:], small.scene.exact())]
-        WORK["torch", method] = large.run
-        tell("torch", method, torch.__version__, 1, CHECKED, errors)
+        offer("torch", method, torch.__version__, 1, CHECKED, errors, large.run)
 
 
 def laplacian(z):
@@ -251,8 +247,7 @@ def prepare_study(steps):
     if not error < 1e-12:
         sys.exit(f"peers: the two ways of the study differ by {error}")
     for method, study in (("kept", study_kept), ("stepped", study_stepped)):
-        WORK["numpy", method] = lambda count, study=study: [study(150, steps) for _ in range(count)]
-        tell("numpy", method, np.__version__, 1, steps, [])
+        offer("numpy", method, np.__version__, 1, steps, [], lambda count, study=study: [study(150, steps) for _ in range(count)])
 
 
 def spike_inputs(n):
@@ -280,8 +275,7 @@ def prepare_spikes(n):
             fired = np.flatnonzero(voltage >= 1)
             voltage[fired], rest[fired] = 0, 2
 
-    WORK["numpy", "ouyang"] = ouyang
-    tell("numpy", "ouyang", np.__version__, 1, 1, [])
+    offer("numpy", "ouyang", np.__version__, 1, 1, [], ouyang)
     if not numba:
         print("missing numba")
         return
@@ -300,12 +294,13 @@ def prepare_spikes(n):
 
     for method, work in (("integrate-and-fire", fire), ("touchsim", touchsim)):
         work(2)
-        WORK["numba", method] = work
-        tell("numba", method, numba.__version__, numba.get_num_threads(), 1, [])
+        offer("numba", method, numba.__version__, numba.get_num_threads(), 1, [], work)
 
 
-def tell(name, method, version, threads, steps, errors):
-    print("peer", name, method, version or "-", threads, steps, *(f"{e:.6g}" for e in errors))
+def offer(name, method, version, threads, steps, errors, work):
+    """Tells of a peer that is ready. work: does its work so many times; its seconds, where it returns some."""
+    WORK[name, method] = work
+    print("peer", name, method, version, threads, steps, *(f"{e:.6g}" for e in errors))
 
 
 WORK = {}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drawing import CLASSES, plt, save
+from drawing import CLASSES, plt, save, small
 from runs import run, scene, table
 
 WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
@@ -48,9 +48,7 @@ def main(dermis, picture):
     axes[1].legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncol=3, markerscale=4, borderaxespad=0)
     axes[2].set_ylabel("mean rate (Hz)", fontsize=9)
     axes[2].set_xlabel("time (s)", fontsize=9)
-    for axis in axes:
-        axis.tick_params(labelsize=8)
-        axis.grid(alpha=0.3)
+    small(figure)
     save(figure, picture)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drawing import BLUE, VERMILLION, key, plt, save
+from drawing import BLUE, VERMILLION, key, plt, save, small
 from runs import run, scene, traces
 
 LASTING = 5e4  # Pa: stress over strain after a long hold, of both skins
@@ -42,8 +42,7 @@ def main(dermis, picture):
     for axis in axes.flat:
         axis.set_xscale("log")
         axis.set_xlim(1e-3, 10)
-        axis.tick_params(labelsize=8)
-        axis.grid(alpha=0.3)
+    small(figure)
     for axis in axes[1]:
         axis.set_xlabel("seconds", fontsize=9)
     handles, labels = axes.flat[1].get_legend_handles_labels()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drawing import BLUE, GREY, VERMILLION, key, plt, save
+from drawing import BLUE, GREY, VERMILLION, key, plt, save, small
 from runs import run, scene
 
 WIDTH, HEIGHT, SPACING = 240, 120, 5e-5  # cells, m
@@ -115,11 +115,10 @@ def draw(found, picture):
     speeds.set_xlabel("speed (mm/s)")
     periods.set_xlabel("ridge period λ (mm)")
     speeds.legend(fontsize=8, frameon=False, loc="upper left")
+    small(figure)
     for axis in figure.axes:
-        axis.tick_params(labelsize=8)
         axis.xaxis.label.set_fontsize(9)
         axis.yaxis.label.set_fontsize(9)
-        axis.grid(alpha=0.3)
     save(figure, picture)
 
 

@@ -42,7 +42,5 @@ def listed(values, form=".0f"):
 
 
 def save(figure, picture):
-    for axis in figure.axes:
-        axis.tick_params(labelsize=8)
-        axis.grid(alpha=0.3)
+    drawing.small(figure)
     drawing.save(figure, picture)
