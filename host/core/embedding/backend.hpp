@@ -2,11 +2,16 @@
 #pragma once
 
 #include "host/core/embedding/check.hpp"
-#include "host/core/embedding/runner.hpp"
-#include "host/core/vulkan/fibres_kernel.hpp"
+#include "host/core/model/stream.hpp"
+#include "host/core/vulkan/context.hpp"
 #include "host/core/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
+
+// A skin, or nerve fibres, on the device. Throws Error::device.
+std::unique_ptr<model::Stream> runner(std::shared_ptr<Context>, const model::StreamedSkin&);
+std::unique_ptr<model::FibrePopulation<f32>> fibres(std::shared_ptr<Context>, const std::vector<model::FibreKind>&,
+                                                    size_t pads);
 
 // Steps a few nerve fibres on the device and on the CPU path, once for each device. Throws Error::no_device where a bit
 // differs, and Error::device.
@@ -25,7 +30,7 @@ class VulkanBackend : public model::Backend {
     }
     std::unique_ptr<model::Stream> stream(const model::StreamedSkin& skin) override {
         const Use use = context_->need_working();
-        return std::make_unique<SkinRunner>(context_, skin);
+        return runner(context_, skin);
     }
     bool exact(const model::StreamedSkin& skin) override {
         std::vector<uint32_t> key = specialization(skin.variant());
@@ -37,7 +42,7 @@ class VulkanBackend : public model::Backend {
                                                         size_t pads) override {
         const Use use = context_->need_working();
         need_exact_fibres(context_);
-        return std::make_unique<Fibres>(context_, kinds, pads);
+        return vulkan::fibres(context_, kinds, pads);
     }
     const std::shared_ptr<Context>& context() const { return context_; }
 

@@ -3,7 +3,6 @@
 
 #include "host/core/cpu/fibres.hpp"
 
-#include <cmath>
 #include <cstring>
 
 namespace dermis::vulkan {
@@ -57,8 +56,8 @@ void need_exact_fibres(const std::shared_ptr<Context>& context) {
     const std::vector<uint32_t> key = {FIBRES_BINDINGS, FIBRE_PLANES}; // no variant of a press is as short
     const auto same = [&] {
         cpu::Fibres<f32> on_cpu(kinds_of_check(), 1, 1, simd::best());
-        Fibres on_device(context, kinds_of_check(), 1);
-        const std::vector<float> a = pressed(on_cpu), b = pressed(on_device);
+        const auto on_device = fibres(context, kinds_of_check(), 1);
+        const std::vector<float> a = pressed(on_cpu), b = pressed(*on_device);
         return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
     };
     if (!context->exact(key, same))

@@ -30,7 +30,8 @@ class Stage {
 // The last step of each pad, s; 0: none, or not known. It is saved only under parabolic hold.
 class LastSteps : public Stage {
   public:
-    explicit LastSteps(const model::StreamedSkin&);
+    explicit LastSteps(const model::StreamedSkin& skin)
+        : parabolic_(skin.hold == Hold::parabolic), steps_(size_t(skin.pads)) {}
     model::StepLengths of(const double* dt, bool each) {
         return {.dt = dt, .each = each, .before = steps_.data(), .parabolic = parabolic_};
     }
@@ -39,10 +40,16 @@ class LastSteps : public Stage {
     void press(const model::PadList& pads, const model::StepLengths& dt, size_t = 0, bool = true) override {
         dt.taken(pads);
     }
-    void reset(const model::PadList&) override;
+    void reset(const model::PadList& pads) override {
+        for (size_t i = 0; i < pads.count; ++i) steps_[size_t(pads[i])] = 0;
+    }
     size_t state_bytes() const override { return parabolic_ ? sizeof(double) : 0; }
-    void save(const model::PadList&, char* to) override;
-    void load(const model::PadList&, const char* from) override;
+    void save(const model::PadList& pads, char* to) override {
+        for (size_t i = 0; i < pads.count; ++i) model::copy_state(to, &steps_[size_t(pads[i])], 1);
+    }
+    void load(const model::PadList& pads, const char* from) override {
+        for (size_t i = 0; i < pads.count; ++i) model::copy_state(from, &steps_[size_t(pads[i])], 1);
+    }
 
   private:
     const bool parabolic_; // under parabolic hold
