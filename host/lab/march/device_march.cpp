@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Records presses, submits them by their work, and hands the results over when a ring of them is full.
+#include "host/core/base/pool.hpp"
 #include "host/core/embedding/backend.hpp"
 #include "host/core/model/laplacian.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
-#include "host/lab/march/results.hpp"
+#include "host/core/vulkan/recording.hpp"
+#include "host/core/vulkan/windows.hpp"
+#include "host/lab/march/march.hpp"
 #include "host/lab/march/self_test.hpp"
-#include "host/lab/march/staging.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace dermis::vulkan {
 namespace {
@@ -36,6 +39,232 @@ std::vector<VkBufferCopy> regions_of(const model::PreparedSkin& skin, int planes
     for (VkDeviceSize y = 0; y < rows; ++y) regions.push_back({y * row * VkDeviceSize(planes), at + y * row, row});
     return regions;
 }
+
+// The device buffers of a march, by name.
+class MarchMemory {
+  public:
+    enum Name {
+        rest_curvature,
+        pressure0,
+        pressure1,
+        state0,
+        state1,
+        responses, // the first of them
+        coefficients = responses + RESPONSE_MAPS,
+        material,
+        invalid,
+        names
+    };
+
+    explicit MarchMemory(const model::MarchPlan& plan) : plan_(plan), map_(plan.skin.padded_cells() * sizeof(float)) {}
+
+    VkDeviceSize map_bytes() const { return map_; }
+    // A buffer that the run does not need is bound all the same, so it has 4 bytes.
+    VkDeviceSize bytes_of(int name) const {
+        constexpr VkDeviceSize unused = 4;
+        const model::Variant& variant = plan_.variant;
+        if (name >= responses && name < coefficients)
+            return variant.wanted[size_t(name - responses + QUANTITY_SA1)] ? map_ : unused;
+        switch (name) {
+        case state0:
+        case state1: return VkDeviceSize(variant.state().planes()) * map_;
+        case pressure1: return variant.framed ? map_ : unused;
+        case material: return variant.materials ? map_ : unused;
+        case coefficients:
+            return variant.tabled() ? (1 + variant.parabolic) * plan_.skin.materials.size() * sizeof(f32::Coefficients)
+                                    : unused;
+        case invalid: return sizeof(uint32_t);
+        default: return map_;
+        }
+    }
+
+    VkDeviceSize bytes() const { // sum over all buffers
+        VkDeviceSize all = 0;
+        for (int name = 0; name < names; ++name) all += bytes_of(name);
+        return all;
+    }
+
+    void allocate(Context& context) {
+        for (int name = 0; name < names; ++name)
+            buffers_.emplace_back(context, bytes_of(name), Buffer::Location::device);
+    }
+
+    // Records the state of a skin at rest. Responses of a wholly pressed grid begin as NaN, so that one which is read
+    // before it is written shows.
+    void clear(const Context& context, VkCommandBuffer commands) const {
+        const model::PressedBox &box = plan_.pressed, all = plan_.skin.whole();
+        const bool whole =
+            box.first_row == 0 && box.last_row == all.last_row && box.first_tile == 0 && box.last_tile == all.last_tile;
+        constexpr uint32_t nan = 0xffffffff;
+        for (int name = 0; name < names; ++name)
+            context.calls().vkCmdFillBuffer(commands, buffers_[size_t(name)].handle(), 0, VK_WHOLE_SIZE,
+                                            whole && name >= responses && name < coefficients ? nan : 0);
+    }
+
+    Buffer& operator[](int name) { return buffers_[size_t(name)]; }
+    BufferRange range(int name) const { return buffers_[size_t(name)].all(); }
+    static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
+
+  private:
+    const model::MarchPlan plan_;
+    const VkDeviceSize map_;
+    std::vector<Buffer> buffers_;
+};
+
+// A ring of result slots: the device reduces each responding step into a slot, and the host reads the slots after a
+// submission.
+class Results {
+  public:
+    // Chooses the number of slots.
+    Results(Context& context, const model::MarchPlan& plan)
+        : plan_(plan), slot_bytes_(VkDeviceSize(REDUCED_MAPS) * (tiles() + probes()) * sizeof(f32::Summary)),
+          pool_(simd::useful_threads(plan.skin.cells(), 0)) {
+        constexpr double ring_bytes = 16e6;
+        const double room = std::min(ring_bytes, double(context.limits().maxStorageBufferRange)) / double(slot_bytes_);
+        slots_ = size_t(std::clamp(room, 1.0, 1024.0));
+    }
+
+    size_t slots() const { return slots_; }
+    VkDeviceSize bytes() const { return slots_ * slot_bytes_; }
+    // Makes buffers and kernel. memory: allocated before; windows: the row windows of the kernel `press`.
+    void allocate(Context& context, const MarchMemory& memory, const std::vector<RowWindow>& windows) {
+        using Name = MarchMemory::Name;
+        windows_ = windows;
+        summaries_ = std::make_unique<Buffer>(context, bytes(), Buffer::Location::host);
+        probe_cells_ =
+            std::make_unique<Buffer>(context, std::max<size_t>(probes(), 1) * sizeof(int), Buffer::Location::host);
+        for (size_t i = 0; i < probes(); ++i) {
+            const Cell p = plan_.points[i];
+            static_cast<int*>(probe_cells_->data())[i] = p.y * plan_.skin.pitch + p.x;
+        }
+        Pipelines& pipelines = context.pipelines();
+        const DeviceTable& device = pipelines.device();
+        reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(device.texels),
+                                           KernelOptions{.bindings = REDUCE_BINDINGS,
+                                                         .constants_bytes = sizeof(f32::ReduceConstants),
+                                                         .specialization = {},
+                                                         .max_sets = maps * uint32_t(windows.size())});
+        size_t set = 0;
+        for (int map = state0; map < maps; ++map)
+            for (const RowWindow& window : windows) {
+                // A response that is not asked for is never reduced: a state is bound in its place.
+                const bool response = map >= responses && plan_.variant.wanted[size_t(map - responses + QUANTITY_SA1)];
+                const BufferRange range = memory.range(response ? MarchMemory::response(map - responses + QUANTITY_SA1)
+                                                                : Name::state0 + (map == state1));
+                reduce_->bind(set++, {{REDUCE_MAP, window.of(range, plan_.skin.pitch,
+                                                             response ? 1 : plan_.variant.state().planes())},
+                                      {REDUCE_PROBES, probe_cells_->all()},
+                                      {REDUCE_SUMMARIES, summaries_->all()}});
+            }
+    }
+
+    void clear(const Context& context, VkCommandBuffer commands) const {
+        context.calls().vkCmdFillBuffer(commands, summaries_->handle(), 0, VK_WHOLE_SIZE, 0);
+    }
+
+    // Records the reduction of the wanted maps at the end of a step that wrote state 0 or 1. Returns the number of
+    // dispatches.
+    int record(Recording& recording, model::Sample& sample, int state) {
+        const model::PressedBox& box = plan_.pressed;
+        const VkCommandBuffer commands = recording.commands();
+        const int tiles = std::max(box.last_tile - box.first_tile, 1);
+        int dispatches = 0;
+        for (int q = 0; q < REDUCED_MAPS; ++q) {
+            if (!plan_.variant.wanted[size_t(q)]) continue;
+            const bool strain = q == QUANTITY_STRAIN;
+            const size_t map = strain ? size_t(state0 + state) : size_t(responses + q - QUANTITY_SA1);
+            for (size_t i = 0; i < windows_.size(); ++i) {
+                const RowWindow& window = windows_[i];
+                if (window.rows() == 0) continue;
+                f32::ReduceConstants c{};
+                c.width = plan_.skin.width();
+                c.height = plan_.skin.height();
+                c.pitch = plan_.skin.pitch;
+                c.tiles = plan_.skin.tiles;
+                c.stride = strain ? plan_.skin.pitch * plan_.variant.state().planes() : plan_.skin.pitch;
+                c.first_tile = box.first_tile;
+                c.first_row = window.first;
+                c.rows = window.rows();
+                c.base_row = window.base;
+                c.probes = int(probes());
+                c.slot = int(samples_.size()) * REDUCED_MAPS + q;
+                recording.add(double(window.rows()) * tiles * TILE_CELLS);
+                reduce_->record(commands, map * windows_.size() + i, &c,
+                                groups(window.rows() + int(probes()), REDUCE_ROWS), uint32_t(tiles));
+            }
+            ++dispatches;
+        }
+        samples_.push_back(&sample);
+        return dispatches;
+    }
+
+    // Fills the sample of each step recorded since the last call, after the submission.
+    void hand_over() {
+        if (samples_.empty()) return; // no thread is woken
+        const auto* map = static_cast<const f32::Summary*>(summaries_->data());
+        for (model::Sample* sample : samples_) sample->points.assign(REDUCED_MAPS * probes(), 0);
+        pool_.share(static_cast<long long>(samples_.size() * REDUCED_MAPS), [&](long long first, long long last) {
+            for (auto n = size_t(first); n < size_t(last); ++n) {
+                const size_t q = n % REDUCED_MAPS;
+                const f32::Summary* const of_map = map + n * (tiles() + probes());
+                model::Sample& sample = *samples_[n / REDUCED_MAPS];
+                if (plan_.variant.wanted[q])
+                    sample.totals[q] = model::total_of<f32>(of_map, tiles(), plan_.skin.cells());
+                for (size_t i = 0; i < probes(); ++i) sample.points[q * probes() + i] = double(of_map[tiles() + i].sum);
+            }
+        });
+        samples_.clear();
+    }
+
+  private:
+    enum Map { state0, state1, responses, maps = responses + RESPONSE_MAPS }; // the maps that are reduced
+    size_t probes() const { return plan_.points.size(); }
+    size_t tiles() const { return size_t(plan_.skin.height()) * size_t(plan_.skin.tiles); }
+
+    const model::MarchPlan plan_;
+    VkDeviceSize slot_bytes_;
+    size_t slots_ = 1;
+    std::vector<RowWindow> windows_;
+    std::unique_ptr<Buffer> summaries_, probe_cells_;
+    std::unique_ptr<Kernel> reduce_;
+    std::vector<model::Sample*> samples_; // of the steps that have a slot, in order
+    simd::Pool pool_;                     // that adds up tiles: a GPU makes them faster than one thread reads them
+};
+
+// Copies values to buffers in the order of what is recorded. A host buffer holds them until the next submission.
+class Staging {
+  public:
+    Staging(Context& context, Recording& recording) : context_(context), recording_(recording) {}
+
+    // make_room: called where the host buffer is full; it submits what is recorded and calls reuse().
+    template <class T, class MakeRoom> void copy(const std::vector<T>& values, const Buffer& to, MakeRoom make_room) {
+        const VkDeviceSize bytes = values.size() * sizeof(T);
+        if (!host_)
+            host_ =
+                std::make_unique<Buffer>(context_, std::clamp(bytes, least_bytes, most_bytes), Buffer::Location::host);
+        for (VkDeviceSize done = 0; done < bytes;) {
+            if (used_ == host_->bytes()) make_room();
+            const VkDeviceSize part = std::min(bytes - done, host_->bytes() - used_);
+            std::memcpy(static_cast<char*>(host_->data()) + used_, reinterpret_cast<const char*>(values.data()) + done,
+                        part);
+            const VkBufferCopy region{used_, done, part};
+            context_.calls().vkCmdCopyBuffer(recording_.commands(), host_->handle(), to.handle(), 1, &region);
+            recording_.barrier();
+            used_ += part;
+            done += part;
+        }
+    }
+
+    // After a submission the host buffer is free again.
+    void reuse() { used_ = 0; }
+
+  private:
+    static constexpr VkDeviceSize least_bytes = 1 << 16, most_bytes = 16 << 20;
+    Context& context_;
+    Recording& recording_;
+    std::unique_ptr<Buffer> host_;
+    VkDeviceSize used_ = 0; // bytes
+};
 
 class DeviceMarch : public model::March {
   public:

@@ -2,7 +2,9 @@
 #include "host/lab/reduced/moments.hpp"
 
 #include "host/core/base/pool.hpp"
-#include "host/lab/reduced/moment_row.hpp"
+#include "host/core/model/laplacian.hpp"
+#include "host/core/simd/isa.hpp"
+#include "host/lab/schedule/schedule.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,6 +42,41 @@ bool is_finite(const Moments::Means& m) {
     return std::isfinite(m.p) && std::isfinite(m.a) &&
            std::ranges::all_of(m.b, [](double b) { return std::isfinite(b); });
 }
+
+// The values a = p*(1 + l*L(S)) and b = p*l*h*L(p) of the cells in columns first .. last - 1 of one row after another.
+class MomentRow {
+  public:
+    // map: Moments::Layer::map.
+    MomentRow(const model::PreparedSkin& skin, const model::Schedule& schedule, const Map& map, int first, int last)
+        : skin_(skin), schedule_(schedule), map_(map), unit_(model::without_spacing(skin.description.grid)),
+          first_(first), last_(last), rest_(size_t(last - first)), L_(rest_) {}
+
+    void compute(int y, double* a, double* b, const simd::ColumnSums& sums) {
+        laplacians(y);
+        simd::best().moments(at(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
+                             skin_.constants.bend, a, b, sums);
+    }
+    // Adds only to the sums of p, a and b.
+    void add_means(int y, const simd::ColumnSums& sums) {
+        laplacians(y);
+        simd::best().means(at(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
+                           skin_.constants.bend, sums);
+    }
+
+  private:
+    const double* at(int y) const { return map_.data() + size_t(y) * size_t(unit_.width) + size_t(first_); }
+    void laplacians(int y) {
+        model::rest_curvature_row(skin_, y, first_, last_, rest_.data());
+        model::laplacian_row(schedule_.pressure, y, first_, last_, unit_, skin_.stencil, skin_.edges, L_.data());
+    }
+
+    const model::PreparedSkin& skin_;
+    const model::Schedule& schedule_;
+    const Map& map_;
+    const Grid unit_;
+    const int first_, last_;
+    std::vector<double> rest_, L_;
+};
 
 constexpr int block = 256; // columns at a time; their values stay in the first-level cache
 
@@ -217,21 +254,6 @@ std::vector<Sums> sums_of_parts(const model::PreparedSkin& skin, const Map& map,
     return sums;
 }
 
-void add_parts(Moments& moments, const model::PreparedSkin& skin, const model::Schedule& schedule, simd::Pool& pool) {
-    const std::vector<Map>& parts = moments.pressures;
-    const model::PressedBox& box = schedule.pressed;
-    const auto stripes = of_stripes(box, pool, [&](int first, int last) {
-        return sums_of_parts(skin, schedule.pressure, box, parts, first, last);
-    });
-    std::vector<Moments::Means>& means = moments.layers.front().means; // materials that differ are pressed alone
-    for (size_t k = 0; k < parts.size(); ++k) {
-        Sums sums(parts.size());
-        for (const auto& stripe : stripes) sums.add_all(stripe[k]);
-        means.push_back(sums.over(skin.cells()));
-        check_finite(means.back());
-    }
-}
-
 // The sums, range and hull of one part.
 void add_one_part(Moments::Layer& m, const model::PreparedSkin& skin, const model::Schedule& schedule,
                   const model::PressedBox& box, simd::Pool& pool) {
@@ -262,16 +284,17 @@ void add_one_part(Moments::Layer& m, const model::PreparedSkin& skin, const mode
     if (schedule.output.extremes) add_hull(m, vertices);
 }
 
-// The means of a product's layer, under the curvature of all products.
-void add_product(Moments::Layer& layer, const model::PreparedSkin& skin, const model::PressedBox& box,
-                 const std::vector<Map>& pressures, simd::Pool& pool) {
-    Sums sums(pressures.size());
-    for (const auto& stripe : of_stripes(box, pool, [&](int first, int last) {
-             return sums_of_parts(skin, layer.map, box, pressures, first, last);
-         }))
-        sums.add_all(stripe.front());
-    layer.means = {sums.over(skin.cells())};
-    check_finite(layer.means.front());
+// The means of each part of a layer, or of a product's layer under the curvature of all products.
+void add_means(Moments::Layer& layer, const model::PreparedSkin& skin, const model::PressedBox& box,
+               const std::vector<Map>& pressures, simd::Pool& pool) {
+    const auto stripes = of_stripes(
+        box, pool, [&](int first, int last) { return sums_of_parts(skin, layer.map, box, pressures, first, last); });
+    for (size_t k = 0; k < (skin.uniform() ? 1 : pressures.size()); ++k) {
+        Sums sums(pressures.size());
+        for (const auto& stripe : stripes) sums.add_all(stripe[k]);
+        layer.means.push_back(sums.over(skin.cells()));
+        check_finite(layer.means.back());
+    }
 }
 
 // The layers of one product: its pressure, and its stress at each depth.
@@ -295,19 +318,17 @@ std::shared_ptr<const Moments> moments_of(const model::PreparedSkin& skin, const
     for (const model::Schedule& other : schedule.others) m->pressures.push_back(other.pressure);
     m->others.resize(schedule.others.size());
     simd::Pool pool(points_only ? 1 : simd::useful_threads(skin.cells(), threads));
-    const model::PressedBox all{.first_row = 0, .last_row = skin.height(), .first_tile = 0, .last_tile = skin.tiles};
     for (size_t i = 0; i < schedule.products(); ++i) {
         Moments& of = i == 0 ? *m : m->others[i - 1];
         add_layers(of, schedule.product(i));
         for (Moments::Layer& layer : of.layers) {
             add_points(layer, m->pressures, skin, schedule, i);
-            const model::PressedBox& box = &layer == &of.layers.front() ? schedule.product(i).pressed : all;
-            if (points_only || !skin.uniform()) continue;
-            if (schedule.others.empty()) add_one_part(layer, skin, schedule, box, pool);
-            else add_product(layer, skin, box, m->pressures, pool);
+            const model::PressedBox box = &layer == &of.layers.front() ? schedule.product(i).pressed : skin.whole();
+            if (points_only) continue;
+            if (skin.uniform() && schedule.others.empty()) add_one_part(layer, skin, schedule, box, pool);
+            else add_means(layer, skin, box, m->pressures, pool); // materials that differ are pressed alone
         }
     }
-    if (!points_only && !skin.uniform()) add_parts(*m, skin, schedule, pool);
     return m;
 }
 
