@@ -6,7 +6,6 @@
 #include "host/core/model/laplacian.hpp"
 
 #include <atomic>
-#include <cmath>
 #include <optional>
 
 namespace dermis::cpu {

@@ -4,8 +4,6 @@
 #include "host/core/description/description.hpp"
 #include "host/core/description/skin_keys.hpp"
 
-#include <algorithm>
-
 namespace dermis::scene {
 namespace {
 

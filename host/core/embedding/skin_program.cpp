@@ -138,12 +138,78 @@ struct SkinProgram::Impl {
           labels(labels_of(h)) {}
 
     bool batch() const { return recorder.skin().pads > 1; }
-    bool ascend(const Pads&) const noexcept;
+
+    bool ascend(const Pads& pads) const noexcept {
+        for (size_t i = 0; !pads.all && i < pads.count; ++i) {
+            const int least = i == 0 ? 0 : pads.numbers[i - 1] + 1;
+            if (pads.numbers[i] < least || pads.numbers[i] >= recorder.skin().pads) return false;
+        }
+        return true;
+    }
+
     // own: see PressKernel::record(); if it is null, nothing is thrown.
-    Recorded record(VkCommandBuffer, Binding, const Recorder::Press&, const Timestamps&,
-                    Recording* own = nullptr) const;
-    void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
-    void check_apart(const Buffers&) const;
+    Recorded record(VkCommandBuffer commands, Binding binding, const Recorder::Press& press, const Timestamps& stamps,
+                    Recording* own = nullptr) const {
+        for (size_t i = 0; i < (press.dt.each ? press.pads.count : 1); ++i)
+            if (!finite(press.dt[i]) || press.dt[i] < 0) return {"dt is not a finite number >= 0"};
+        PressTable table;
+        if (!recorder.fill(table, press)) return {"dt: a coefficient of the step is beyond 3.4e38"};
+        const VolkDeviceTable& vk = device.calls;
+        VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
+        label.pLabelName = "dermis press";
+        if (labels.begin) labels.begin(commands, &label);
+        if (stamps.pool) vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps.pool, stamps.first);
+        recorder.record(commands, binding.set, press, table, own);
+        if (stamps.pool)
+            vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
+        if (labels.begin) labels.end(commands);
+        return {};
+    }
+
+    void check_range(const char* name, const VkDescriptorBufferInfo& b, const Memory& m) const {
+        const std::string parameter = name;
+        if (!b.buffer)
+            refuse(parameter + ".buffer", "null", "a buffer of at least " + std::to_string(m.bytes) + " bytes");
+        if (b.offset % m.alignment != 0)
+            refuse(parameter + ".offset", std::to_string(b.offset),
+                   "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
+        if (b.range < m.bytes) // VK_WHOLE_SIZE is the greatest number
+            refuse(parameter + ".range", std::to_string(b.range), "at least " + std::to_string(m.bytes) + " bytes");
+        VkMemoryRequirements there{};
+        device.calls.vkGetBufferMemoryRequirements(device.device, b.buffer, &there);
+        const VkDeviceSize range = b.range == VK_WHOLE_SIZE ? m.bytes : b.range;
+        if (b.offset > there.size || range > there.size - b.offset)
+            refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(range) + " bytes",
+                   "within the buffer, which has at most " + std::to_string(there.size));
+    }
+
+    // Throws where a range that a press writes overlaps another one.
+    void check_apart(const Buffers& b) const {
+        struct Named {
+            const char* name;
+            const VkDescriptorBufferInfo& info;
+            const Memory& needs;
+            bool written;
+        };
+        const Named all[] = {{"constants", b.constants, needs.constants, recorder.writes_constants()},
+                             {"state_from", b.state_from, needs.state, false},
+                             {"state_to", b.state_to, needs.state, true},
+                             {"pressure_from", b.pressure_from, needs.pressure, false},
+                             {"pressure_to", b.pressure_to, needs.pressure, false},
+                             {"response", b.response, needs.response, true},
+                             {"invalid", b.invalid, needs.invalid, true},
+                             {"scratch", b.scratch, needs.scratch, true}};
+        const std::span used(all, std::size(all) - (needs.scratch.bytes == 0));
+        for (const Named& one : used) check_range(one.name, one.info, one.needs);
+        for (const Named& one : used)
+            for (const Named& other : used)
+                if (&one != &other && one.written && one.info.buffer == other.info.buffer &&
+                    one.info.offset < other.info.offset + other.needs.bytes &&
+                    other.info.offset < one.info.offset + one.needs.bytes)
+                    refuse(one.name, "in the same memory as " + std::string(other.name),
+                           "memory of its own, because a press writes it");
+    }
+
     // scene::guarded() in the words of what the program needs.
     template <class Call> decltype(auto) guarded(Call&& call) const {
         const auto words = [this] {
@@ -253,49 +319,6 @@ Access SkinProgram::last_access() const noexcept {
     return a;
 }
 
-void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferInfo& b, const Memory& m) const {
-    const std::string parameter = name;
-    if (!b.buffer) refuse(parameter + ".buffer", "null", "a buffer of at least " + std::to_string(m.bytes) + " bytes");
-    if (b.offset % m.alignment != 0)
-        refuse(parameter + ".offset", std::to_string(b.offset),
-               "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
-    if (b.range < m.bytes) // VK_WHOLE_SIZE is the greatest number
-        refuse(parameter + ".range", std::to_string(b.range), "at least " + std::to_string(m.bytes) + " bytes");
-    VkMemoryRequirements there{};
-    device.calls.vkGetBufferMemoryRequirements(device.device, b.buffer, &there);
-    const VkDeviceSize range = b.range == VK_WHOLE_SIZE ? m.bytes : b.range;
-    if (b.offset > there.size || range > there.size - b.offset)
-        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(range) + " bytes",
-               "within the buffer, which has at most " + std::to_string(there.size));
-}
-
-// Throws where a range that a press writes overlaps another one.
-void SkinProgram::Impl::check_apart(const Buffers& b) const {
-    struct Named {
-        const char* name;
-        const VkDescriptorBufferInfo& info;
-        const Memory& needs;
-        bool written;
-    };
-    const Named all[] = {{"constants", b.constants, needs.constants, recorder.writes_constants()},
-                         {"state_from", b.state_from, needs.state, false},
-                         {"state_to", b.state_to, needs.state, true},
-                         {"pressure_from", b.pressure_from, needs.pressure, false},
-                         {"pressure_to", b.pressure_to, needs.pressure, false},
-                         {"response", b.response, needs.response, true},
-                         {"invalid", b.invalid, needs.invalid, true},
-                         {"scratch", b.scratch, needs.scratch, true}};
-    const std::span used(all, std::size(all) - (needs.scratch.bytes == 0));
-    for (const Named& one : used) check_range(one.name, one.info, one.needs);
-    for (const Named& one : used)
-        for (const Named& other : used)
-            if (&one != &other && one.written && one.info.buffer == other.info.buffer &&
-                one.info.offset < other.info.offset + other.needs.bytes &&
-                other.info.offset < one.info.offset + one.needs.bytes)
-                refuse(one.name, "in the same memory as " + std::string(other.name),
-                       "memory of its own, because a press writes it");
-}
-
 Binding SkinProgram::bind(const Buffers& b) {
     return impl_->guarded([&] {
         Impl& impl = *impl_;
@@ -309,32 +332,6 @@ Binding SkinProgram::bind(const Buffers& b) {
         ++impl.bindings;
         return binding;
     });
-}
-
-bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
-    for (size_t i = 0; !pads.all && i < pads.count; ++i) {
-        const int least = i == 0 ? 0 : pads.numbers[i - 1] + 1;
-        if (pads.numbers[i] < least || pads.numbers[i] >= recorder.skin().pads) return false;
-    }
-    return true;
-}
-
-Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const Recorder::Press& press,
-                                   const Timestamps& stamps, Recording* own) const {
-    for (size_t i = 0; i < (press.dt.each ? press.pads.count : 1); ++i)
-        if (!finite(press.dt[i]) || press.dt[i] < 0) return {"dt is not a finite number >= 0"};
-    PressTable table;
-    if (!recorder.fill(table, press)) return {"dt: a coefficient of the step is beyond 3.4e38"};
-    const VolkDeviceTable& vk = device.calls;
-    VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
-    label.pLabelName = "dermis press";
-    if (labels.begin) labels.begin(commands, &label);
-    if (stamps.pool) vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps.pool, stamps.first);
-    recorder.record(commands, binding.set, press, table, own);
-    if (stamps.pool)
-        vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
-    if (labels.begin) labels.end(commands);
-    return {};
 }
 
 Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt, const Timestamps& stamps,

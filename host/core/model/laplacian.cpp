@@ -4,7 +4,6 @@
 #include "host/core/base/watch.hpp"
 #include "host/core/simd/isa.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace dermis::model {

@@ -108,162 +108,152 @@ struct Skin::Impl {
         Impl& skin;
         const scene::Watch watch;
     };
-    model::PadList list_of(const Pads&);
+
+    // Throws Error::bad_input if a number is no pad's or occurs twice, or where progress calls in a press.
+    model::PadList list_of(const Pads& pads) {
+        if (pressing) scene::refuse("skin", "(in a press, which calls progress)", "another skin");
+        if (pads.all) return {.count = count};
+        ++lists;
+        listed.clear();
+        for (size_t i = 0; i < pads.count; ++i) {
+            const int pad = pads.numbers[i]; // once: another thread may change it
+            if (pad < 0 || size_t(pad) >= count || pressed[size_t(pad)] == lists)
+                scene::refuse("pads", std::to_string(pad) + " at position " + std::to_string(i),
+                              "0.." + std::to_string(count - 1) + ", each at most once");
+            pressed[size_t(pad)] = lists;
+            listed.push_back(pad);
+        }
+        return {.ids = listed.data(), .count = pads.count};
+    }
+
     model::StepLengths steps(const double* dt, bool each = false) { return last_steps.of(dt, each); }
-    void press(const float* pressure, size_t numbers, const model::StepLengths&, const model::PadList&,
-               const float* traction = nullptr);
-    void need_shear(bool given) const;
-    void need_touch(const contact::Touch::Impl&) const;
-    void press(const contact::Touch::Impl&, const model::StepLengths&);
-    void prepare(const model::PadList&, const model::StepLengths&, size_t presses = 1);
-    void step(const model::PadList&, const model::StepLengths&, size_t frame = 0, bool last = true);
-    void save(const model::PadList&, const StateParts<char>&);
-    void load(const model::PadList&, const StateParts<const char>&);
-    void press_frames(const model::PadList&, const float*, size_t count, size_t numbers, const model::StepLengths&);
-    const std::vector<float>& told(Quantity);
+    void press(const float* pressure, size_t numbers, const model::StepLengths& dt, const model::PadList& pads,
+               const float* traction = nullptr) {
+        need_shear(traction);
+        source.need(numbers, dt, pads, cells.count());
+        source.take(cells, pads, pressure, numbers);
+        if (traction && !shear.take(pads, traction)) source.refuse("traction", traction, pads, 2);
+        const Press pressed(*this);
+        step(pads, dt);
+    }
+
+    // Throws Error::bad_input where a press has tractions and the skin no shear, or the other way round.
+    void need_shear(bool given) const {
+        if (given != shear.any())
+            scene::refuse("traction", given ? "(given)" : "(not given)",
+                          given ? "none: the skin was made without shear" : "tractions: the skin was made with shear");
+    }
+
+    // Throws Error::bad_input for a Touch of other pads.
+    void need_touch(const contact::Touch::Impl& touch) const {
+        if (source.depths())
+            scene::refuse("touch", "pressures", "none with control = depth, where a press takes depths");
+        const contact::Pad& pad = touch.shape;
+        const auto shape = [](size_t pads, size_t w, size_t h) {
+            return std::to_string(pads) + " pads of " + std::to_string(w) + " x " + std::to_string(h) + " cells";
+        };
+        const size_t width = size_t(description.grid.width), height = size_t(description.grid.height);
+        if (size_t(touch.count) != count || size_t(pad.width) != width || size_t(pad.height) != height)
+            scene::refuse("touch", shape(size_t(touch.count), size_t(pad.width), size_t(pad.height)),
+                          shape(count, width, height));
+        need_shear(!touch.traction.empty());
+        const std::optional<double> spacing = description.grid.spacing;
+        if (spacing && std::abs(*spacing - pad.spacing) > 1e-6 * pad.spacing)
+            scene::refuse("touch.spacing", shortest(pad.spacing), shortest(*spacing) + " m, as the skin has it");
+    }
+
+    // Presses the pads that a Touch moves; fibres step in all pads.
+    void press(const contact::Touch::Impl& touch, const model::StepLengths& dt) {
+        const model::PadList all = list_of({});
+        source.need(count * cells.count(), dt, all, cells.count());
+        listed.clear();
+        for (int pad = 0; size_t(pad) < count; ++pad)
+            if (spiking.any() || touch.pressed[size_t(pad)].height > 0 ||
+                !std::ranges::all_of(stages, [pad](Stage* s) { return s->rests(pad); }))
+                listed.push_back(pad);
+        const model::PadList pads{.ids = listed.data(), .count = listed.size()};
+        (void)cells.stream().take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
+        if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
+        const Press pressed(*this);
+        step(pads, dt);
+        last_steps.press(all, dt);
+    }
+
+    // Does all of so many presses that can fail, before a state changes. Throws Error::bad_input for a step that no
+    // press takes.
+    void prepare(const model::PadList& pads, const model::StepLengths& dt, size_t presses = 1) {
+        for (Stage* s : stages) s->prepare(pads, dt, presses);
+        if (progress && spiking.in_blocks()) before.resize(saved_state.bytes(pads.count));
+    }
+
+    // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also
+    // responses. If progress ends the press, the pads keep the state before it.
+    void step(const model::PadList& pads, const model::StepLengths& dt, size_t frame = 0, bool last = true) {
+        prepare(pads, dt);
+        const bool may_end = progress && spiking.in_blocks();
+        StateParts<char> undo{};
+        if (may_end) save(pads, undo = saved_state.write(before.data(), before.size(), pads.count));
+        try {
+            for (Stage* s : stages) s->press(pads, dt, frame, last);
+        } catch (...) {
+            if (may_end) load(pads, undo);
+            throw;
+        }
+    }
+
+    void save(const model::PadList& list, const StateParts<char>& to) {
+        cells.save_cells(list, to.cells);
+        if (to.steps) last_steps.save(list, to.steps);
+        if (to.fibres) spiking.save(list, to.fibres);
+        if (to.shear) shear.save(list, to.shear);
+    }
+
+    void load(const model::PadList& list, const StateParts<const char>& from) {
+        cells.stream().load(list, from.cells);
+        if (from.steps) last_steps.load(list, from.steps);
+        if (from.fibres) spiking.load(list, from.fibres);
+        if (from.shear) shear.load(list, from.shear);
+    }
+
+    // Presses a copy of the frames, one after another where the stream does not take them together.
+    void press_frames(const model::PadList& pads, const float* frames, size_t n, size_t numbers,
+                      const model::StepLengths& dt) {
+        if (numbers == 0) return step(pads, dt); // of no pad
+        const Press pressed(*this);
+        const float* at = source.copied(cells, pads, frames, n, numbers);
+        prepare(pads, dt, n);
+        constexpr size_t most_numbers = 1 << 26, most_frames = 1024; // about 100 ms
+        const bool fires = spiking.any(),
+                   joined = !fires && cells.stream().joins_frames(); // fibres read the state after each step
+        const size_t together = fires ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
+        for (size_t i = 0, end; i < n; i = end) {
+            end = std::min(i + together, n);
+            if (i > 0) scene::reach(double(i) / double(n), true);
+            if (joined) {
+                cells.prepare(pads, dt, 1); // it refuses nothing: the steps behind the first one were checked with it
+                cells.stream().press_frames(pads, at, end - i, numbers, dt);
+                last_steps.press(pads, dt);
+                at += (end - i) * numbers;
+            }
+            for (size_t k = joined ? end : i; k < end; ++k, at += numbers) {
+                cells.stream().take(pads, at);
+                step(pads, dt, k, fires || k + 1 == end);
+            }
+        }
+    }
+
+    // Reads strain, indentation or curvature of all pads from their states.
+    const std::vector<float>& told(Quantity q) {
+        const DefaultFloats guard;
+        if (q == Quantity::curvature && cells.read().empty() && rest_curvature.empty())
+            rest_curvature = rest_curvature_of(model::prepare_skin(description, threads));
+        return cells.told(q, rest_curvature.data());
+    }
+
     const Material& material_of(int pad) const {
         return materials.empty() ? description.material : materials[size_t(pad)];
     }
 };
-
-// Throws Error::bad_input if a number is no pad's or occurs twice, or where progress calls in a press.
-model::PadList Skin::Impl::list_of(const Pads& pads) {
-    if (pressing) scene::refuse("skin", "(in a press, which calls progress)", "another skin");
-    if (pads.all) return {.count = count};
-    ++lists;
-    listed.clear();
-    for (size_t i = 0; i < pads.count; ++i) {
-        const int pad = pads.numbers[i]; // once: another thread may change it
-        if (pad < 0 || size_t(pad) >= count || pressed[size_t(pad)] == lists)
-            scene::refuse("pads", std::to_string(pad) + " at position " + std::to_string(i),
-                          "0.." + std::to_string(count - 1) + ", each at most once");
-        pressed[size_t(pad)] = lists;
-        listed.push_back(pad);
-    }
-    return {.ids = listed.data(), .count = pads.count};
-}
-
-// Throws Error::bad_input where a press has tractions and the skin no shear, or the other way round.
-void Skin::Impl::need_shear(bool given) const {
-    if (given != shear.any())
-        scene::refuse("traction", given ? "(given)" : "(not given)",
-                      given ? "none: the skin was made without shear" : "tractions: the skin was made with shear");
-}
-
-void Skin::Impl::press(const float* pressure, size_t numbers, const model::StepLengths& dt, const model::PadList& pads,
-                       const float* traction) {
-    need_shear(traction);
-    source.need(numbers, dt, pads, cells.count());
-    source.take(cells, pads, pressure, numbers);
-    if (traction && !shear.take(pads, traction)) source.refuse("traction", traction, pads, 2);
-    const Press pressed(*this);
-    step(pads, dt);
-}
-
-// Throws Error::bad_input for a Touch of other pads.
-void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
-    if (source.depths()) scene::refuse("touch", "pressures", "none with control = depth, where a press takes depths");
-    const contact::Pad& pad = touch.shape;
-    const auto shape = [](size_t pads, size_t w, size_t h) {
-        return std::to_string(pads) + " pads of " + std::to_string(w) + " x " + std::to_string(h) + " cells";
-    };
-    const size_t width = size_t(description.grid.width), height = size_t(description.grid.height);
-    if (size_t(touch.count) != count || size_t(pad.width) != width || size_t(pad.height) != height)
-        scene::refuse("touch", shape(size_t(touch.count), size_t(pad.width), size_t(pad.height)),
-                      shape(count, width, height));
-    need_shear(!touch.traction.empty());
-    const std::optional<double> spacing = description.grid.spacing;
-    if (spacing && std::abs(*spacing - pad.spacing) > 1e-6 * pad.spacing)
-        scene::refuse("touch.spacing", shortest(pad.spacing), shortest(*spacing) + " m, as the skin has it");
-}
-
-// Presses the pads that a Touch moves; fibres step in all pads.
-void Skin::Impl::press(const contact::Touch::Impl& touch, const model::StepLengths& dt) {
-    const model::PadList all = list_of({});
-    source.need(count * cells.count(), dt, all, cells.count());
-    listed.clear();
-    for (int pad = 0; size_t(pad) < count; ++pad)
-        if (spiking.any() || touch.pressed[size_t(pad)].height > 0 ||
-            !std::ranges::all_of(stages, [pad](Stage* s) { return s->rests(pad); }))
-            listed.push_back(pad);
-    const model::PadList pads{.ids = listed.data(), .count = listed.size()};
-    (void)cells.stream().take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
-    if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
-    const Press pressed(*this);
-    step(pads, dt);
-    last_steps.press(all, dt);
-}
-
-// Does all of so many presses that can fail, before a state changes. Throws Error::bad_input for a step that no press
-// takes.
-void Skin::Impl::prepare(const model::PadList& pads, const model::StepLengths& dt, size_t presses) {
-    for (Stage* s : stages) s->prepare(pads, dt, presses);
-    if (progress && spiking.in_blocks()) before.resize(saved_state.bytes(pads.count));
-}
-
-// Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
-// If progress ends the press, the pads keep the state before it.
-void Skin::Impl::step(const model::PadList& pads, const model::StepLengths& dt, size_t frame, bool last) {
-    prepare(pads, dt);
-    const bool may_end = progress && spiking.in_blocks();
-    StateParts<char> undo{};
-    if (may_end) save(pads, undo = saved_state.write(before.data(), before.size(), pads.count));
-    try {
-        for (Stage* s : stages) s->press(pads, dt, frame, last);
-    } catch (...) {
-        if (may_end) load(pads, undo);
-        throw;
-    }
-}
-
-// Presses a copy of the frames, one after another where the stream does not take them together.
-void Skin::Impl::press_frames(const model::PadList& pads, const float* frames, size_t n, size_t numbers,
-                              const model::StepLengths& dt) {
-    if (numbers == 0) return step(pads, dt); // of no pad
-    const Press pressed(*this);
-    const float* at = source.copied(cells, pads, frames, n, numbers);
-    prepare(pads, dt, n);
-    constexpr size_t most_numbers = 1 << 26, most_frames = 1024; // about 100 ms
-    const bool fires = spiking.any(),
-               joined = !fires && cells.stream().joins_frames(); // fibres read the state after each step
-    const size_t together = fires ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
-    for (size_t i = 0, end; i < n; i = end) {
-        end = std::min(i + together, n);
-        if (i > 0) scene::reach(double(i) / double(n), true);
-        if (joined) {
-            cells.prepare(pads, dt, 1); // it refuses nothing: the steps behind the first one were checked with it
-            cells.stream().press_frames(pads, at, end - i, numbers, dt);
-            last_steps.press(pads, dt);
-            at += (end - i) * numbers;
-        }
-        for (size_t k = joined ? end : i; k < end; ++k, at += numbers) {
-            cells.stream().take(pads, at);
-            step(pads, dt, k, fires || k + 1 == end);
-        }
-    }
-}
-
-void Skin::Impl::save(const model::PadList& list, const StateParts<char>& to) {
-    cells.save_cells(list, to.cells);
-    if (to.steps) last_steps.save(list, to.steps);
-    if (to.fibres) spiking.save(list, to.fibres);
-    if (to.shear) shear.save(list, to.shear);
-}
-
-void Skin::Impl::load(const model::PadList& list, const StateParts<const char>& from) {
-    cells.stream().load(list, from.cells);
-    if (from.steps) last_steps.load(list, from.steps);
-    if (from.fibres) spiking.load(list, from.fibres);
-    if (from.shear) shear.load(list, from.shear);
-}
-
-// Reads strain, indentation or curvature of all pads from their states.
-const std::vector<float>& Skin::Impl::told(Quantity q) {
-    const DefaultFloats guard;
-    if (q == Quantity::curvature && cells.read().empty() && rest_curvature.empty())
-        rest_curvature = rest_curvature_of(model::prepare_skin(description, threads));
-    return cells.told(q, rest_curvature.data());
-}
 
 Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) {
     const auto words = [&] { return scene::needs_of(description, options); };

@@ -7,7 +7,6 @@
 #include "host/lab/schedule/timeline.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 namespace dermis::planner {
