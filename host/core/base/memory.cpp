@@ -25,7 +25,7 @@ void out_of_memory() {
 
 std::string bytes_text(double bytes) {
     const char* unit = "bytes";
-    for (const auto& [name, size] : {std::pair{"GB", 1e9}, {"MB", 1e6}, {"kB", 1e3}})
+    for (const auto& [name, size] : {std::pair{"TB", 1e12}, {"GB", 1e9}, {"MB", 1e6}, {"kB", 1e3}})
         if (bytes >= size) {
             bytes /= size;
             unit = name;

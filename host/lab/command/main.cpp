@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
+#include "host/core/base/memory.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/lab/command/commands.hpp"
@@ -61,12 +62,6 @@ std::string shown_estimate(double estimate, double greatest) {
                        greatest > 0 ? 100 * estimate / greatest : 0);
 }
 
-std::string engineering(double x) {
-    for (auto [unit, size] : {std::pair{"T", 1e12}, {"G", 1e9}, {"M", 1e6}, {"k", 1e3}})
-        if (x >= size) return fmt::format("{:.3g} {}", x / size, unit);
-    return fmt::format("{:.3g} ", x);
-}
-
 RunOptions options_of(const Arguments& a) {
     return {.precision = scene::value_of<Precision>(a.precision), .check = a.check, .describe_each = true};
 }
@@ -112,8 +107,8 @@ void print_plan(const Arguments& a, const Scene& scene, const Explanation& e) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
         if (c.steps)
-            fmt::print("       {} steps, {} dispatches, {}B of memory, about {:.2g} s\n", c.steps, c.dispatches,
-                       engineering(c.bytes), c.seconds);
+            fmt::print("       {} steps, {} dispatches, {} of memory, about {:.2g} s\n", c.steps, c.dispatches,
+                       scene::bytes_text(c.bytes), c.seconds);
         if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
         if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
     }
