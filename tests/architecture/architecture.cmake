@@ -8,13 +8,13 @@ set(broken "")
 
 # Lines of the product at most: of code in host without its examples, kernels and include; and of core with include.
 # Only an issue that names its lines raises a number; the commit names it and says what was removed for it.
-set(most_product 42815)
-set(most_core 18759)
+set(most_product 42250)
+set(most_core 18401)
 
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are
 # names of other members too, and whoever reads all of them also reads a longer one.
 set(knows_coefficients
-    "^kernels/|^host/(core/model/coefficients(\\.cpp|_in\\.hpp)|lab/schedule/(baselines|forcing)\\.cpp|lab/planner/coefficient_errors\\.cpp)$")
+    "^kernels/|^host/(core/model/coefficients(\\.cpp|_in\\.hpp)|lab/schedule/(baselines\\.hpp|forcing\\.cpp)|lab/planner/coefficient_errors\\.hpp)$")
 
 macro(fault message)
     string(REPLACE ";" " " fault "${message}")

@@ -5,7 +5,6 @@
 #include "host/core/description/skin_keys.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 namespace dermis::scene {

@@ -7,7 +7,6 @@ nanobind_add_module(dermis_python STABLE_ABI NB_STATIC
     host/doors/python/contact.cpp
     host/doors/python/devices.cpp
     host/doors/python/fit.cpp
-    host/doors/python/memory_at_hand.cpp
     host/doors/python/module.cpp
     host/doors/python/result.cpp
     host/doors/python/scene.cpp

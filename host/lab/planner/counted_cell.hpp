@@ -37,7 +37,4 @@ struct CountedStep {
     const f64::LaneCoefficients* in_double(size_t e) const { return &rounded_in_double[(1 + shape.previous) * e]; }
 };
 
-// Presses a cell for one step.
-void press(const CountedStep&, const Rounding&, const CountedCell& before, CountedCell& after);
-
 } // namespace dermis::planner

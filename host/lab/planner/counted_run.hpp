@@ -2,7 +2,6 @@
 // The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
 #pragma once
 
-#include "host/lab/planner/coefficient_errors.hpp"
 #include "host/lab/planner/counted_cell.hpp"
 #include "host/lab/schedule/references.hpp"
 
@@ -66,7 +65,6 @@ class CountedRun {
 
   private:
     double unit() const { return measured_ ? unit_of_reference : unit_of_double; } // of coefficients and load
-    MadeBy made_by(const model::Step&) const;
     counted::Load load_over(const model::Step&, const CountedMaterial&);
     void make_step(const model::Step&, size_t first);
     void press(size_t cell, const model::Step&);
