@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Nerve fibres on the library's own device. States and inputs lie where the host reads and writes them.
-#include "host/core/vulkan/recording.hpp"
+#include "host/core/embedding/backend.hpp"
 
 #include "host/core/base/float_environment.hpp"
 #include "host/core/model/fibres.hpp"
+#include "host/core/vulkan/recording.hpp"
 
 #include <algorithm>
 #include <cstring>
