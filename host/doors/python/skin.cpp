@@ -254,21 +254,21 @@ double& number_of(Material& material, const std::string& name) {
     return modulus ? element.modulus : element.viscosity;
 }
 
-using Row = nb::ndarray<nb::ro, double, nb::c_contig, nb::device::cpu>;
+using RowOfNumbers = nb::ndarray<nb::ro, double, nb::c_contig, nb::device::cpu>;
 
 // Gives pads the material of a scene, or each pad its own of the numbers in `rows`, by name; no pad where one is
 // refused.
-void set_material(SkinWithShapes& s, const Scene& scene, const nb::typed<nb::dict, nb::str, Row>& rows,
+void set_material(SkinWithShapes& s, const Scene& scene, const nb::typed<nb::dict, nb::str, RowOfNumbers>& rows,
                   nb::handle pads) {
     const PadNumbers numbers(pads, s.leading);
     const Pads named = numbers.pads();
     const size_t count = named.all ? size_t(s.skin->count()) : named.count;
     const std::vector<size_t> shape = s.leading.empty() ? std::vector<size_t>{1} : numbers.shape();
     Material own = scene.material;
-    std::vector<std::pair<double*, Row>> columns;
+    std::vector<std::pair<double*, RowOfNumbers>> columns;
     for (const auto [name, row] : rows) {
         const auto text = nb::cast<std::string>(name);
-        columns.emplace_back(&number_of(own, text), nb::cast<Row>(row));
+        columns.emplace_back(&number_of(own, text), nb::cast<RowOfNumbers>(row));
         if (!has_shape(columns.back().second, shape))
             scene::refuse(text, description_of(row), "a number, or an array of shape " + shape_text(shape));
     }
