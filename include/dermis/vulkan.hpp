@@ -119,7 +119,7 @@ struct Access {
 
 // Queries `first` and `first + 1` of a timestamp pool that the host has reset: the times before and after a press.
 struct Timestamps {
-    VkQueryPool pool = VK_NULL_HANDLE; // null: no timestamps are written
+    VkQueryPool pool = VK_NULL_HANDLE; // null: none are written; else the queue's family has timestampValidBits > 0
     uint32_t first = 0;
 };
 
