@@ -227,9 +227,9 @@ WHOLE = {"grid": {"width": 1000, "height": 1000}}
 
 
 @pytest.mark.parametrize("scene, needs", [
-    (WHOLE, "1000000 skins of 1000 x 1000 cells and 0 sites need at least 2.4e+04 GB"),
-    ({"grid": {"width": 1000, "height": 1000, "spacing": 1e-4}, **IN_METRES}, "0 sites need at least 3.6e+04 GB"),
-    ({**WHOLE, "sites": [("sa1", x, y) for x in range(100) for y in range(100)]}, "10000 sites need at least 4.08e+03 GB"),
+    (WHOLE, "1000000 skins of 1000 x 1000 cells and 0 sites need at least 24 TB"),
+    ({"grid": {"width": 1000, "height": 1000, "spacing": 1e-4}, **IN_METRES}, "0 sites need at least 36 TB"),
+    ({**WHOLE, "sites": [("sa1", x, y) for x in range(100) for y in range(100)]}, "10000 sites need at least 4.08 TB"),
 ], ids=["cells", "elements", "sites"])
 def test_pads_beyond_the_memory_at_hand_are_refused_with_both_numbers(scene, needs):
     with pytest.raises(MemoryError, match=re.escape(needs) + r", and [0-9.e+]+ GB are available"):
