@@ -4,10 +4,12 @@
 Joins rows of the same machine (CPU, cores, device, driver) and the same size. Errors of exact devices must be equal to the
 last bit, exactness and status must be equal, and no row may be lost. --speed: no ratio may be more than SLACK times the
 earlier one where the compiler is the same. --cpu: devices were not measured now. Exit status 1 where something is lost, 2
-where the tables have no row, or none of the speeds asked for, in common.
+where the tables have no row, or none of the speeds asked for, in common, or cannot be read.
 """
+import argparse
 import collections
 import csv
+import re
 import sys
 from pathlib import Path
 
@@ -25,9 +27,9 @@ def read(path, like=None):
     """The rows of a table. like: those of another, whose schema it must have."""
     try:
         lines = list(csv.reader(Path(path).read_text().splitlines()))
-    except OSError:
+    except (OSError, UnicodeDecodeError):
         raise Incomparable(f"{path} cannot be read") from None
-    if not lines or lines[0][0] != "schema":
+    if not lines or lines[0][:1] != ["schema"]:
         raise Incomparable(f"{path} is no table of dermis-bench")
     rows = []
     for number, cells in enumerate(lines[1:], 2):
@@ -38,6 +40,11 @@ def read(path, like=None):
         if len(cells) != len(lines[0]):
             raise Incomparable(f"{path}, line {number} has {len(cells)} cells; allowed: {len(lines[0])}")
         rows.append(dict(zip(lines[0], cells)))
+        missing = {"ratio", "ratio_to", "exact", "status", "compiler", "backend", *NAME, *EQUAL} - set(rows[-1])
+        if missing:
+            raise Incomparable(f"{path} has no column {min(missing)}")
+        if not re.fullmatch(r"([0-9.]+(e[+-]?[0-9]+)?)?", rows[-1]["ratio"]):
+            raise Incomparable(f"{path}, line {number}: ratio = {rows[-1]['ratio']}; allowed: a number >= 0, or nothing")
     if not rows:
         raise Incomparable(f"{path} has no rows")
     return rows
@@ -118,15 +125,21 @@ def compare(earlier, now, speed=False, devices=True, flags=None):
     return lost, said, rows, speeds
 
 
-def main(earlier, now, *options):
+def main(*arguments):
+    parser = argparse.ArgumentParser(description="what of an earlier table is lost", allow_abbrev=False)
+    parser.add_argument("earlier")
+    parser.add_argument("now")
+    parser.add_argument("--speed", action="store_true", help="compare ratios of times too")
+    parser.add_argument("--cpu", action="store_true", help="devices were not measured now")
+    asked = parser.parse_args(arguments)
     try:
-        table = read(now)
-        lost, said, rows, speeds = compare(read(earlier, table), table, "--speed" in options, "--cpu" not in options)
+        table = read(asked.now)
+        lost, said, rows, speeds = compare(read(asked.earlier, table), table, asked.speed, not asked.cpu)
     except Incomparable as e:
         print(f"gate: {e}", file=sys.stderr)
         return 2
     print(*said, *(f"LOST {line}" for line in lost),
-          f"{rows} rows and {speeds} speeds compared with {earlier}: {len(lost)} lost", sep="\n")
+          f"{rows} rows and {speeds} speeds compared with {asked.earlier}: {len(lost)} lost", sep="\n")
     return 1 if lost else 0
 
 

@@ -343,8 +343,9 @@ TEST_CASE(
     CHECK((spikes > 100 || std::getenv("DERMIS_WAYS")));
 }
 
-TEST_CASE("a call that a skin has taken before allocates nothing: presses of all and of some pads, by frames, cells, "
-          "tractions and a Touch, and resets") {
+TEST_CASE(
+    "calls allocate nothing with other steps, pads and pressures than before: presses of all and of some pads, by "
+    "frames, cells, tractions and a Touch, and resets") {
     Random r;
     size_t spikes = 0;
     for (uint64_t n = 0; n < 120; ++n) {
@@ -354,28 +355,31 @@ TEST_CASE("a call that a skin has taken before allocates nothing: presses of all
         const size_t pads = size_t(options.count), cells = drawn.cells(), all = pads * cells;
         Skin skin(cpu_with(1 + int(n % 2), n / 2), drawn.skin, options);
         Touch touch({.width = drawn.skin.grid.width, .height = drawn.skin.grid.height, .spacing = 5e-4}, options.count,
-                    1e-3, options.shear);
-        std::vector<float> pressure(2 * all);
-        for (float& p : pressure) p = float(r.within(0, options.control == Control::depth ? 1e-3 : 1e4));
-        const std::vector<double> dt(pads, 1e-3);
-        const std::vector<int> last = {options.count - 1};
+                    1e-3, options.shear, {1e8});
+        const std::vector<float> depth(all, 1e-4f);
+        const std::vector<double> force(3 * pads, -1);
+        touch.add({.depth = depth.data(), .force = force.data()});
+        std::vector<float> strong(2 * all), weak;
+        for (float& p : strong) p = float(r.within(0, options.control == Control::depth ? 1e-3 : 1e4));
+        for (const float p : strong) weak.push_back(p / 8);
         const size_t read = skin.cells().size();
-        const auto calls = [&] {
-            skin.reset(); // so that the same fibres fire
-            if (options.shear) return skin.press(pressure.data(), pressure.data(), all, 1e-3);
+        std::vector<double> dt(pads);
+        std::vector<int> some(1);
+        const auto calls = [&](const std::vector<float>& pressure, double step, int pad) {
+            std::ranges::fill(dt, step);
+            some[0] = pad;
+            skin.reset(); // so that fibres fire in each round
+            if (options.control == Control::pressure) skin.press(touch, step);
+            if (options.shear) return skin.press(pressure.data(), pressure.data(), all, step);
             skin.press(pressure.data(), all, dt.data(), dt.size());
-            skin.press(pressure.data(), cells, 1e-3, last);
-            skin.press_frames(pressure.data(), 2, all, 1e-3);
-            skin.press_cells(pressure.data(), pads * read, 1e-3);
-            skin.reset(last);
+            skin.press(pressure.data(), cells, step, some);
+            skin.press_frames(pressure.data(), 2, all, step);
+            skin.press_cells(pressure.data(), pads * read, step);
+            skin.reset(some);
         };
-        const auto again = [&] {
-            calls();
-            if (options.control == Control::pressure) skin.press(touch, 1e-3);
-        };
-        for (int i = 0; i < 3; ++i) again();
+        for (int i = 0; i < 3; ++i) calls(weak, 1e-3, options.count - 1);
         const size_t before = allocations();
-        again();
+        calls(strong, 0.7e-3, 0);
         CHECK(allocations() == before);
         spikes += skin.spikes().size;
     }

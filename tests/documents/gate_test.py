@@ -96,6 +96,16 @@ with open(path, "w", newline="") as file:
 own = path.read_text()
 check(gate.read(path, now) == now, "a table is read as it was written")
 check(gate.main(str(path), str(path)) == 0 and gate.main(str(work / "none.csv"), str(path)) == 2, "the exit status says what was found")
+for misuse in (str(path), str(path), "--sped"), (), (str(path),):
+    try:
+        gate.main(*misuse)
+    except SystemExit as e:
+        check(e.code == 2, f"misuse ends with {e.code}")
+    else:
+        check(False, f"{misuse} is taken")
+check(refused("\n") == f"{path} is no table of dermis-bench", "a blank first line is refused")
+check(refused(own.replace("moves,1.2", "moves,fast", 1)) == f"{path}, line 2: ratio = fast; allowed: a number >= 0, or nothing",
+      "a ratio that is no number is refused")
 check(refused("") == f"{path} is no table of dermis-bench" == refused("time,strain\n0,1\n"), "a foreign table is refused")
 check(refused(own.split("\n")[0] + "\n") == f"{path} has no rows", "a table without rows is refused")
 check(refused("schema,commit\n1,a\n") == f"{path}, line 2: schema = 1; allowed: 3", "a table of an older schema is refused")
