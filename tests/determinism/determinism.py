@@ -11,6 +11,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 NO_CACHE = {"MESA_SHADER_CACHE_DISABLE": "true"}  # Mesa's cache does not know the width of vectors
@@ -80,6 +82,11 @@ def build(name, compiler, options, source, work):
     return folder / "dermis-hashes"
 
 
+def built_hashes(name, compiler, flags, before, options):
+    program = build(name, compiler, flags, options.source.resolve(), options.work.resolve())
+    return hashes([*before.split(), program])
+
+
 def of_library(name):
     """Whether a result is in double and needs functions of the C library: it has the bits of these."""
     return name in ("sites", "moments", "maps", "below") or (name.endswith("_f64") and not name.startswith("given"))
@@ -112,30 +119,26 @@ def main():
     options = parser.parse_args()
     everything = options.all or options.only is not None
 
-    def wanted(name):
-        return options.only is None or options.only in name
-
     expected = hashes([options.program])
     for name, value in expected.items():
         print(f"{name:<48} {value}")
     table = Table(expected)
-    for name, arguments, variables in ON_CPU + OTHER_LIBRARY:
-        if wanted(f"cpu: {name}"):
-            table.row(f"cpu: {name}", hashes([options.program, *arguments.split()], variables), variables == NO_FUSED)
-    if everything and wanted("cpu: repeats"):  # by day the rows above are as many
-        table.row(f"cpu: {REPEATS} repeats", common([hashes([options.program]) for _ in range(REPEATS)]))
-    for name, before, other_library in PROCESSORS if everything else []:
-        if wanted(f"cpu: {name}"):
-            table.row(f"cpu: {name}", hashes([*before.split(), options.program]), other_library)
+    rows = [(f"cpu: {name}", partial(hashes, [options.program, *arguments.split()], variables), variables == NO_FUSED)
+            for name, arguments, variables in ON_CPU + OTHER_LIBRARY]
+    # by day the rows above are as many
+    rows += [(f"cpu: {REPEATS} repeats", lambda: common([hashes([options.program]) for _ in range(REPEATS)]), False)] * everything
+    rows += [(f"cpu: {name}", partial(hashes, [*before.split(), options.program]), other_library)
+             for name, before, other_library in PROCESSORS if everything]
     layers = {"VK_LAYER_PATH": str(options.layers.resolve()), "VK_INSTANCE_LAYERS": "VK_LAYER_DERMIS_shim"}
-    for name, arguments, variables in ON_VULKAN:
-        if wanted(f"vulkan: {name}") and (everything or name in QUICK_ON_VULKAN):
-            below = {**variables, **(layers if "DERMIS_SHIM" in variables else {})}
-            table.row(f"vulkan: {name}", hashes([options.program, "device=vulkan", *arguments.split()], below))
-    for name, compiler, flags, before in BUILDS if everything else []:
-        if wanted(f"built: {name}"):
-            program = build(name, compiler, flags, options.source.resolve(), options.work.resolve())
-            table.row(f"built: {name}", hashes([*before.split(), program]), bool(before))
+    rows += [(f"vulkan: {name}", partial(hashes, [options.program, "device=vulkan", *arguments.split()],
+                                         {**variables, **(layers if "DERMIS_SHIM" in variables else {})}), False)
+             for name, arguments, variables in ON_VULKAN if everything or name in QUICK_ON_VULKAN]
+    rows += [(f"built: {name}", partial(built_hashes, name, compiler, flags, before, options), bool(before))
+             for name, compiler, flags, before in BUILDS if everything]
+    rows = [row for row in rows if options.only is None or options.only in row[0]]
+    with ThreadPoolExecutor(os.cpu_count() if options.all else 1) as pool:
+        for (name, _, other_library), found in zip(rows, pool.map(lambda row: row[1](), rows)):
+            table.row(name, found, other_library)
     if table.different:
         sys.exit(f"{table.different} rows differ from the first one")
 
