@@ -71,37 +71,11 @@ std::vector<double> numbers_of(const Result& r) {
     return all;
 }
 
-bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-    return std::ranges::equal(a, b, [](double x, double y) {
-        return std::memcmp(&x, &y, sizeof x) == 0 || (std::isnan(x) && std::isnan(y));
-    });
-}
-
-Scene small_scene(int width, int height) {
-    Scene s;
-    s.grid = {width, height, {}};
-    s.surface.kind = Surface::Kind::wave;
-    s.time = {0.05, 0.4};
-    s.output.probes = {{width / 2, height / 2}, {width - 1, 0}};
-    return s;
-}
-
 model::PreparedRun everything(const Scene& scene) {
     model::PreparedRun run = model::prepare_run(scene);
     run.schedule.wanted.fill(true);
     run.schedule.keeps_maps = run.schedule.derives = true;
     return run;
-}
-
-std::vector<float> frame(const SkinDescription& d, int n) {
-    std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
-    for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
-    return map;
-}
-
-std::vector<float> answers(const Skin& skin, Quantity q) {
-    const Skin::Response r = skin.response(q);
-    return {r.begin(), r.end()};
 }
 
 Bytes saved(const Skin& skin, const Pads& pads) {

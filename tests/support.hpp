@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "dermis/dermis.hpp"
 #include "host/core/press/vulkan_device.hpp"
 #include "host/core/simd/isa.hpp"
 #include "host/lab/schedule/schedule.hpp"
 #include "tests/expected.hpp"
 #include "tests/maps.hpp"
+#include "tests/samples.hpp"
 
 #include <doctest/doctest.h>
 
@@ -42,25 +42,13 @@ inline size_t plain_loops() { return simd::isas().size() - 1; }
 
 // Every number of a result but its impulses.
 std::vector<double> numbers_of(const Result&);
-// Whether these are the same bits, or NaN in both.
-bool same_bits(const std::vector<double>& a, const std::vector<double>& b);
-
-// Wave ridges under a circular load, small and quick.
-Scene small_scene(int width, int height);
 
 // Made ready for a march of which every map is read.
 model::PreparedRun everything(const Scene&);
 
-inline constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-
-// The nth pressure on such a skin, width*height.
-std::vector<float> frame(const SkinDescription&, int n);
-
 // The state of all pads as bytes.
 using Bytes = std::vector<unsigned char>;
 Bytes saved(const Skin&, const Pads& = {});
-// The responses of a quantity, of all pads.
-std::vector<float> answers(const Skin&, Quantity);
 
 // A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
 // Fails, never skips, where there is no device. The variable DERMIS_TEST_DEVICE names another one than "vulkan".

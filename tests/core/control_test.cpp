@@ -3,18 +3,9 @@
 // A Skin whose cells are pressed by depth.
 #include "tests/support.hpp"
 
-#include <cstring>
-
 using namespace test;
 
 namespace {
-
-// Ridges of a fingertip 1 mm thick, on a grid with spacing.
-SkinDescription fingertip_of(int width, int height) {
-    SkinDescription d = fingertip();
-    d.grid = {.width = width, .height = height, .spacing = 5e-5};
-    return d;
-}
 
 const SkinOptions by_depth{.control = Control::depth};
 
@@ -25,14 +16,10 @@ std::vector<float> depths(size_t cells, int n) {
     return all;
 }
 
-bool equal_bits(const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-}
-
 } // namespace
 
 TEST_CASE("a skin that is pressed by depth is strained by depth over thickness, and no cell pulls") {
-    SkinDescription d = fingertip_of(6, 1);
+    SkinDescription d = finger(6, 1, 5e-5);
     d.material.curvature_length = 0;
     Skin skin(Device::cpu(1), d, by_depth);
     const std::vector<float> at[] = {{1e-4f, 2e-4f, -1e-4f, 0, 5e-4f, -0.0f},
@@ -58,7 +45,7 @@ TEST_CASE("a skin that is pressed by depth is strained by depth over thickness, 
 }
 
 TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pressed by the strains") {
-    SkinDescription d = fingertip_of(67, 23), spring = d;
+    SkinDescription d = finger(67, 23, 5e-5), spring = d;
     spring.material = {.modulus = 1, .viscosity = 0, .thickness = 1e-3, .curvature_length = 1e-5};
     SkinOptions options = by_depth;
     options.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1};
@@ -70,12 +57,12 @@ TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pre
         skin.press(strains, 0.01);
         for (float& x : strains) x = x > 0 ? x / 1e-3f : 0.0f;
         other.press(strains, 0.01);
-        for (Quantity q : options.responses) CHECK(equal_bits(answers(skin, q), answers(other, q)));
+        for (Quantity q : options.responses) CHECK(same_bits(answers(skin, q), answers(other, q)));
     }
 }
 
 TEST_CASE("a skin that is pressed by depth refuses materials and depths that have no meaning") {
-    const SkinDescription d = fingertip_of(4, 3);
+    const SkinDescription d = finger(4, 3, 5e-5);
     Skin skin(Device::cpu(1), d, by_depth);
     refuses([&] { skin.set_material(d.material); }, "none with control = depth");
     refuses([&] { skin.press(std::vector<float>(12, -INFINITY), 0.01); }, "pressure = -inf in cell [0, 0]");

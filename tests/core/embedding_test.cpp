@@ -18,34 +18,10 @@ using namespace test;
 
 namespace {
 
-SkinDescription ridged(int width, int height, Stencil stencil = Stencil::five_point, Edges edges = Edges::mirror) {
-    SkinDescription d = small_scene(width, height);
+SkinDescription ridged(int width, int height, Stencil stencil, Edges edges = Edges::mirror) {
+    SkinDescription d = test::ridged(width, height);
     d.stencil = stencil;
     d.edges = edges;
-    d.material.viscosity = 0.7;
-    return d;
-}
-
-SkinDescription with_sites(SkinDescription d, int count) {
-    for (int i = 0; i < count; ++i)
-        d.sites.push_back({all_responses[i % 4], {i * 13 % d.grid.width, i * 7 % d.grid.height}});
-    return d;
-}
-
-SkinDescription with_materials(SkinDescription d) {
-    std::vector<double> moduli;
-    for (int i = 0; i < d.grid.width * d.grid.height; ++i) moduli.push_back(1 + 0.1 * (i % 7));
-    d.material.modulus_map = moduli;
-    return d;
-}
-
-// Three elements, a dashpot and a spring in series.
-SkinDescription with_chain(SkinDescription d) {
-    d.material.elements = {{3, 0.1}, {2, 0.9, d.material.modulus_map}, {1, 7}};
-    d.material.modulus_map = {};
-    d.material.modulus = d.material.viscosity = {};
-    d.material.spring = 5;
-    d.material.dashpot = 40;
     return d;
 }
 

@@ -12,12 +12,6 @@ using namespace test;
 
 namespace {
 
-SkinDescription pad(int side) {
-    SkinDescription d = fingertip();
-    d.grid = {.width = side, .height = side, .spacing = 5e-4};
-    return d;
-}
-
 // Fibres of a class on the first cells of a pad, so sensitive that they fire in slow presses too.
 Afferents fibres(Quantity type, int side, int cells, int endings = 1) {
     Afferents a{.type = type, .model = afferent_model(type), .cells = {}, .endings = endings};
@@ -31,11 +25,6 @@ std::vector<float> pressure(int side, int frame, size_t pads = 1) {
     std::vector<float> all(size_t(side * side) * pads);
     for (size_t i = 0; i < all.size(); ++i) all[i] = float((frame % 3) * 3e4 * (1 + 0.01 * double(i % 97)));
     return all;
-}
-
-bool same_spikes(const Skin& a, const Skin& b) {
-    const Skin::Spikes x = a.spikes(), y = b.spikes();
-    return x.size == y.size && (x.size == 0 || std::memcmp(x.data, y.data, x.size * sizeof(Spike)) == 0);
 }
 
 struct Stop {};
@@ -59,12 +48,13 @@ TEST_CASE("a device gives the CPU path's spikes in steps of many substeps and of
             CAPTURE(endings);
             SkinOptions options{.responses = {Quantity::sa1}};
             options.afferents = {fibres(type, side, cells, endings)};
-            Skin on_cpu(Device::cpu(1), pad(side), options), on_device(vulkan.device(), pad(side), options);
+            Skin on_cpu(Device::cpu(1), finger(side, side), options),
+                on_device(vulkan.device(), finger(side, side), options);
             size_t fired = 0;
             for (int n = 1; n <= 3; ++n) {
                 on_cpu.press(pressure(side, n), dt);
                 on_device.press(pressure(side, n), dt);
-                CHECK(same_spikes(on_cpu, on_device));
+                CHECK(same_bits(spikes_of(on_cpu), spikes_of(on_device)));
                 CHECK(saved(on_cpu) == saved(on_device));
                 fired += on_cpu.spikes().size;
             }
@@ -76,16 +66,16 @@ TEST_CASE("spikes come by pad, by fibre and by time, however many blocks of subs
     constexpr int side = 16;
     SkinOptions options{.responses = {Quantity::sa1}, .count = 3};
     options.afferents = {fibres(Quantity::fa1, side, 200), fibres(Quantity::sa1, side, 250, 5)};
-    Skin once(Device::cpu(2), pad(side), options);
+    Skin once(Device::cpu(2), finger(side, side), options);
     size_t called = 0;
     options.progress = [&](double) { ++called; };
-    Skin counted(Device::cpu(1), pad(side), options);
+    Skin counted(Device::cpu(1), finger(side, side), options);
     for (int n = 1; n < 3; ++n) {
         once.press(pressure(side, n, 3), 1.0);
         counted.press(pressure(side, n, 3), 1.0);
         const Skin::Spikes s = once.spikes();
         REQUIRE(s.size > 100);
-        CHECK(same_spikes(once, counted));
+        CHECK(same_bits(spikes_of(once), spikes_of(counted)));
         for (size_t i = 1; i < s.size; ++i)
             CHECK(std::tuple(s[i - 1].pad, s[i - 1].afferent, s[i - 1].share) <
                   std::tuple(s[i].pad, s[i].afferent, s[i].share));
@@ -97,16 +87,16 @@ TEST_CASE("a press of fibres is cut into submissions by its work, and has the sa
     constexpr int side = 24;
     SkinOptions options{.responses = {Quantity::sa1}, .count = 2};
     options.afferents = {fibres(Quantity::sa1, side, 500), fibres(Quantity::fa1, side, 60, 20)};
-    Skin on_cpu(Device::cpu(1), pad(side), options);
+    Skin on_cpu(Device::cpu(1), finger(side, side), options);
     const Validated vulkan(shimmed(), {.validation = {}, .most_work = 3e4});
-    Skin on_device(vulkan.device(), pad(side), options);
+    Skin on_device(vulkan.device(), finger(side, side), options);
     for (int n = 1; n < 4; ++n) {
         std::vector<uint64_t> submissions;
         shim.submissions = &submissions;
         on_device.press(pressure(side, n, 2), 0.02);
         shim.submissions = nullptr;
         on_cpu.press(pressure(side, n, 2), 0.02);
-        CHECK(same_spikes(on_cpu, on_device));
+        CHECK(same_bits(spikes_of(on_cpu), spikes_of(on_device)));
         CHECK(saved(on_cpu) == saved(on_device));
         CHECK(submissions.size() > 100);
         for (const uint64_t groups : submissions) CHECK(groups <= 64); // of 64 fibres, or of the skin's cells
@@ -120,10 +110,10 @@ TEST_CASE("progress ends a press of fibres between blocks of substeps, which is 
         for (const Hold hold : {Hold::linear, Hold::parabolic}) {
             SkinOptions options{.responses = {Quantity::sa1, Quantity::fa2}, .hold = hold};
             options.afferents = {fibres(Quantity::sa1, side, side * side, 2)};
-            Skin untouched(device, pad(side), options);
+            Skin untouched(device, finger(side, side), options);
             std::vector<double> heard;
             options.progress = stop_at(2, heard);
-            Skin skin(device, pad(side), options);
+            Skin skin(device, finger(side, side), options);
             for (Skin* s : {&skin, &untouched}) s->press(pressure(side, 1), 0.01);
             CHECK(heard.empty()); // a short press
             const Bytes before = saved(skin);
@@ -133,7 +123,7 @@ TEST_CASE("progress ends a press of fibres between blocks of substeps, which is 
             CHECK(skin.spikes().size == 0);
             CHECK(std::isnan(skin.report().vibration.value) == (hold == Hold::parabolic));
             for (Skin* s : {&skin, &untouched}) s->press(pressure(side, 2), 0.02);
-            CHECK(same_spikes(skin, untouched));
+            CHECK(same_bits(spikes_of(skin), spikes_of(untouched)));
             CHECK(saved(skin) == saved(untouched));
             for (const Quantity q : options.responses)
                 CHECK(std::memcmp(skin.response(q).data, untouched.response(q).data, side * side * sizeof(float)) == 0);
@@ -154,17 +144,17 @@ TEST_CASE("progress ends a press of frames after a whole frame, whose state the 
             for (const size_t calls : {1, 2}) {
                 SkinOptions options{.responses = {Quantity::sa1}, .count = 2};
                 if (fires) options.afferents = {fibres(Quantity::fa1, side, 30)};
-                Skin expected(device, pad(side), options);
+                Skin expected(device, finger(side, side), options);
                 std::vector<double> heard;
                 options.progress = stop_at(calls, heard);
-                Skin skin(device, pad(side), options);
+                Skin skin(device, finger(side, side), options);
                 CHECK_THROWS_AS(skin.press_frames(all.data(), frames, of_frame, 1e-3), Stop);
                 REQUIRE(heard.size() == calls);
                 const auto whole = size_t(std::lround(heard.back() * frames));
                 CHECK(whole == (fires ? 1 : 1024) * calls);
                 expected.press_frames(all.data(), whole, of_frame, 1e-3);
                 CHECK(saved(skin) == saved(expected));
-                CHECK(same_spikes(skin, expected));
+                CHECK(same_bits(spikes_of(skin), spikes_of(expected)));
             }
 }
 
@@ -180,7 +170,7 @@ TEST_CASE("progress ends a press of frames while they are copied, and nothing ha
             SkinOptions options{.responses = {Quantity::sa1}, .control = control};
             options.afferents = {fibres(Quantity::sa1, side, 30)};
             options.progress = stop_at(2, heard);
-            Skin skin(device, pad(side), options);
+            Skin skin(device, finger(side, side), options);
             skin.press(pressure(side, 1), 0.01);
             const Bytes before = saved(skin);
             const size_t fired = skin.spikes().size;
@@ -208,7 +198,7 @@ TEST_CASE("a press keeps the steps and pads that it was called with, whatever th
     const std::vector<float> p = pressure(side, 1, 2), frames = pressure(side, 2, 8);
     Bytes states[2];
     for (const bool change : {false, true}) {
-        Skin skin(Device::cpu(1), pad(side), options);
+        Skin skin(Device::cpu(1), finger(side, side), options);
         for (const bool each : {true, false}) {
             list = {2, 0}, dt = {2.0, 2.5}, changes = change;
             if (each) skin.press(p.data(), p.size(), dt.data(), dt.size(), Pads(list.data(), list.size()));
@@ -223,7 +213,7 @@ TEST_CASE("a press keeps the steps and pads that it was called with, whatever th
 TEST_CASE("in a press its skin cannot be pressed, changed or saved, and others can") {
     constexpr int side = 16;
     SkinOptions options{.responses = {Quantity::sa1}};
-    Skin other(Device::cpu(1), pad(side), options);
+    Skin other(Device::cpu(1), finger(side, side), options);
     options.afferents = {fibres(Quantity::sa1, side, side * side)};
     std::vector<std::string> refused;
     Skin* self = nullptr;
@@ -239,7 +229,7 @@ TEST_CASE("in a press its skin cannot be pressed, changed or saved, and others c
                  [&] { self->save(&byte, 1); }, [&] { self->load(&byte, 1); }, [&] { self->set_material({}); }})
             refused.push_back(refusal(Error::Code::bad_input, call));
     };
-    Skin skin(Device::cpu(1), pad(side), options);
+    Skin skin(Device::cpu(1), finger(side, side), options);
     self = &skin;
     skin.press(p, 4.0);
     REQUIRE(refused.size() >= 8);
@@ -252,7 +242,7 @@ TEST_CASE("frames of no pad are pressed at once, however many they are") {
     SkinOptions options{.responses = {Quantity::sa1}, .count = 4};
     for (const bool fires : {false, true}) {
         if (fires) options.afferents = {fibres(Quantity::sa1, 8, 8)};
-        Skin skin(Device::cpu(1), pad(8), options);
+        Skin skin(Device::cpu(1), finger(8, 8), options);
         skin.press(pressure(8, 1, 4), 0.01);
         const Bytes before = saved(skin);
         skin.press_frames(nullptr, size_t(1) << 62, 0, 1e-3, Pads(nullptr, 0));

@@ -10,18 +10,11 @@ namespace {
 
 constexpr int pads = 5;
 
-SkinDescription pad(int width, int height) {
-    SkinDescription d = small_scene(width, height);
-    d.receptors.fa2 = Fa2::step_mean;
-    d.material.modulus = 1.3;
-    return d;
-}
-
 } // namespace
 
 TEST_CASE("a press of pads that is refused names what is wrong, and nothing has happened") {
     const Validated vulkan;
-    const SkinDescription d = pad(20, 3);
+    const SkinDescription d = ridged(20, 3);
     const size_t cells = 60;
     for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
         CAPTURE(device.info().name);

@@ -94,7 +94,7 @@ TEST_CASE(
             skin.press(pressure.data(), joined(a, b).data(), cells_of_pad, 1e-3);
             turned.press(none.data(), joined(b, a).data(), cells_of_pad, 1e-3);
         }
-        for (Quantity q : all_responses) CHECK(answers(skin, q) == answers(plain, q));
+        CHECK(answers(skin) == answers(plain));
         CHECK(answers(skin, Quantity::strain) == answers(plain, Quantity::strain));
         const std::vector<float> x = answers(skin, Quantity::shear_x), y = answers(skin, Quantity::shear_y);
         CHECK(answers(turned, Quantity::shear_x) == y);

@@ -15,28 +15,6 @@ using namespace test;
 
 namespace {
 
-SkinDescription ridged(int width, int height) {
-    const Scene s = small_scene(width, height);
-    SkinDescription d = s;
-    d.material.modulus = 1.3;
-    return d;
-}
-
-bool same(const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-}
-
-// Elements in series, and a spring, whose FA2 is taken from a rate of its own; maps: a modulus of its own in each cell.
-SkinDescription chain_of_two(SkinDescription d, bool maps) {
-    d.material.modulus.reset();
-    d.material.elements = {{2, 0.02}, {1, 0.3}};
-    for (int i = 0; maps && i < d.grid.width * d.grid.height; ++i)
-        d.material.elements[0].modulus_map.edit().push_back(2 + i % 3);
-    d.material.spring = 3;
-    d.receptors.fa2 = Fa2::step_mean;
-    return d;
-}
-
 // In metres, with receptors at depths.
 SkinDescription in_depths(SkinDescription d) {
     d.grid.spacing = 1e-3;
@@ -47,12 +25,12 @@ SkinDescription in_depths(SkinDescription d) {
 }
 
 // Everything that a skin answers over some frames of different lengths.
-std::vector<std::vector<float>> answers(Skin& skin, const SkinDescription& d, const std::vector<Quantity>& what) {
+std::vector<std::vector<float>> pressed(Skin& skin, const SkinDescription& d, const std::vector<Quantity>& what) {
     std::vector<std::vector<float>> all;
     int n = 0;
     for (double dt : {0.01, 0.02, 0.0, 0.005, 3.0}) {
         skin.press(frame(d, n++), dt);
-        for (Quantity q : what) all.push_back(test::answers(skin, q));
+        for (Quantity q : what) all.push_back(answers(skin, q));
     }
     return all;
 }
@@ -65,8 +43,8 @@ TEST_CASE(
     const SkinDescription plain_skin = ridged(width, height);
     for (const auto& [d, hold] : {std::pair{plain_skin, Hold::linear},
                                   {plain_skin, Hold::parabolic},
-                                  {chain_of_two(plain_skin, false), Hold::linear},
-                                  {chain_of_two(plain_skin, true), Hold::parabolic},
+                                  {with_chain(plain_skin), Hold::linear},
+                                  {with_chain(with_materials(plain_skin)), Hold::parabolic},
                                   {in_depths(plain_skin), Hold::linear}}) {
         Scene s;
         static_cast<SkinDescription&>(s) = d;
@@ -128,11 +106,11 @@ TEST_CASE(
                 d->sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa1, {44, 20}}};
         }
         Skin skin(Device::cpu(1), stencil, options);
-        const auto expected = answers(skin, stencil, what);
+        const auto expected = pressed(skin, stencil, what);
         for (const Device& device : {Device::cpu(1), Device::cpu(2), vulkan.device()}) {
             Skin same(device, given, options), another(device, other, options);
-            CHECK(answers(same, given, what) == expected);
-            CHECK(answers(another, other, what) != expected);
+            CHECK(pressed(same, given, what) == expected);
+            CHECK(pressed(another, other, what) != expected);
             if (!sites) CHECK(another.response(Quantity::curvature)[0] != same.response(Quantity::curvature)[0]);
         }
     }
@@ -176,15 +154,15 @@ TEST_CASE("a pause keeps the state, every strain of a chain and the rate of a sp
     plain.precision = Precision::f32; // a compensated sum may take what it has carried along into its last place
     const SkinDescription one = ridged(33, 12);
     for (const Device& device : {Device::cpu(2), vulkan.device()})
-        for (const SkinDescription& d : {one, chain_of_two(one, false)}) {
+        for (const SkinDescription& d : {one, with_chain(one)}) {
             Skin skin(device, d, plain), twin(device, d, plain);
             for (float v : skin.response(Quantity::sa1)) REQUIRE(v == 0);
             for (Skin* s : {&skin, &twin}) s->press(frame(d, 1), 0.1);
             for (int i = 0; i < 3; ++i) skin.press(frame(d, 1), 0);
             const auto strained = answers(twin, Quantity::sa1);
-            CHECK(same(answers(skin, Quantity::sa1), strained));
+            CHECK(same_bits(answers(skin, Quantity::sa1), strained));
             for (Skin* s : {&skin, &twin}) s->press(frame(d, 2), 0.1);
-            for (Quantity q : all_responses) CHECK(same(answers(skin, q), answers(twin, q)));
+            CHECK(same_bits(answers(skin), answers(twin)));
         }
 }
 
@@ -212,7 +190,7 @@ TEST_CASE("what cannot be pressed is named, and nothing has happened") {
         refuses([&] { skin.press_frames(frames.data(), 1, 200, -0.1); }, "dt = -0.1; allowed: a finite number >= 0");
         refuses([&] { skin.press_frames(frames.data(), 1, 200, 1e300); }, "dt = 1e+300; allowed: seconds over which");
         for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
-        for (Quantity q : all_responses) CHECK(same(answers(skin, q), answers(twin, q)));
+        CHECK(same_bits(answers(skin), answers(twin)));
     }
 }
 
@@ -281,14 +259,14 @@ TEST_CASE("skins on threads of their own do not disturb one another") {
     const SkinDescription d = ridged(40, 30);
     const std::vector<Quantity> what(std::begin(all_responses), std::end(all_responses));
     Skin alone(Device::cpu(1), d);
-    const auto expected = answers(alone, d, what);
+    const auto expected = pressed(alone, d, what);
     std::vector<std::vector<std::vector<float>>> got(6);
     std::vector<std::thread> threads;
     const Device shared = Device::cpu(1); // by threads that make their skins at the same time
     for (size_t i = 0; i < got.size(); ++i)
         threads.emplace_back([&, i] {
             Skin skin(i < 2 ? Device::cpu(2) : i < 4 ? shared : Device::open("vulkan"), d);
-            got[i] = answers(skin, d, what);
+            got[i] = pressed(skin, d, what);
         });
     for (std::thread& t : threads) t.join();
     for (const auto& one : got) CHECK(one == expected);
@@ -329,7 +307,7 @@ TEST_CASE("what is beyond float is refused, or is seen to be: never a number tha
         for (double dt : {1e-39, 5e-324, 1e39, 1e300})
             CHECK(refusal(Error::Code::bad_input, [&] { skin.press(frame(d, 2), dt); }).find("dt = ") == 0);
         for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
-        for (Quantity q : all_responses) CHECK(same(answers(skin, q), answers(twin, q)));
+        CHECK(same_bits(answers(skin), answers(twin)));
         const auto says = [&](const char* what, auto&& change) {
             SkinDescription wrong = d;
             change(wrong);

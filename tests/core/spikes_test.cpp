@@ -16,11 +16,6 @@ constexpr int side = 12;
 
 // Fibres of three classes, some with several endings, on cells of a small skin that is pressed by depth, so that its
 // strains are known.
-SkinDescription finger() {
-    SkinDescription d = fingertip();
-    d.grid = {.width = side, .height = side, .spacing = 5e-4};
-    return d;
-}
 std::vector<Afferents> three_classes() {
     std::vector<Afferents> all(3);
     all[0].type = Quantity::sa1;
@@ -49,20 +44,12 @@ std::vector<Device> spiking_devices(const Validated& vulkan) {
     return {Device::cpu(1), Device::cpu(2), vulkan.device()};
 }
 
-std::vector<Spike> spikes_of(const Skin& skin) {
-    const Skin::Spikes s = skin.spikes();
-    return {s.begin(), s.end()};
-}
-bool same(const std::vector<Spike>& a, const std::vector<Spike>& b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Spike)) == 0);
-}
-
 } // namespace
 
 TEST_CASE("fibres of a skin fire as the same fibres under the strains of their cells") {
     const Validated vulkan;
     for (const Device& device : spiking_devices(vulkan)) {
-        const SkinDescription d = finger();
+        const SkinDescription d = finger(side, side);
         Skin skin(device, d, spiking());
         std::vector<model::FibreKind> kinds;
         const std::vector<Afferents> all = scene::validated_afferents(d, three_classes());
@@ -105,7 +92,7 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
 TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {
     const Validated vulkan;
     for (const Device& device : spiking_devices(vulkan)) {
-        SkinDescription d = finger();
+        SkinDescription d = finger(side, side);
         SkinOptions options = spiking();
         options.afferents.pop_back(); // a class has its sites once
         Skin field(device, d, options);
@@ -117,7 +104,7 @@ TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {
         for (int n = 0; n < 60; ++n) {
             field.press(depths(n, 0.001), 0.001);
             sites.press(depths(n, 0.001), 0.001);
-            CHECK(same(spikes_of(field), spikes_of(sites)));
+            CHECK(same_bits(spikes_of(field), spikes_of(sites)));
             fired += spikes_of(field).size();
         }
         CHECK(fired > 30);
@@ -129,7 +116,7 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
     const auto refused = [&](auto change) {
         SkinOptions options = spiking();
         change(options.afferents[0]);
-        return refusal(Error::Code::bad_input, [&] { Skin(cpu, finger(), options); });
+        return refusal(Error::Code::bad_input, [&] { Skin(cpu, finger(side, side), options); });
     };
     AfferentModel m = afferent_model(Quantity::sa1);
     CHECK(refused([](Afferents& a) { a.type = Quantity::sa2; }) ==
@@ -157,12 +144,12 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
     CHECK(refused([](Afferents& a) { a.follow = Signal::stress; }) ==
           "afferents[0].follow = \"stress\"; allowed: \"strain\", unless the skin is pressed by pressure and has one "
           "material that comes to rest");
-    Skin skin(cpu, finger(), spiking()), other(cpu, finger(), spiking());
+    Skin skin(cpu, finger(side, side), spiking()), other(cpu, finger(side, side), spiking());
     for (int n = 0; n < 40; ++n) {
         if (n % 10 == 5) CHECK_THROWS_AS(skin.press(depths(n, 0.001), 1e4), Error);
         skin.press(depths(n, 0.001), 0.001);
         other.press(depths(n, 0.001), 0.001);
-        CHECK(same(spikes_of(skin), spikes_of(other)));
+        CHECK(same_bits(spikes_of(skin), spikes_of(other)));
     }
 }
 
@@ -172,7 +159,7 @@ TEST_CASE("a state with a number of a fibre that no press makes is refused; what
     m.after[0] = {.amplitude = -2, .time = 0.01};
     options.afferents[0].model = m;
     const Device cpu = Device::cpu(1);
-    Skin skin(cpu, finger(), options);
+    Skin skin(cpu, finger(side, side), options);
     for (int n = 0; n < 40; ++n) skin.press(depths(n, 0.001), 0.001);
     std::vector<char> state(skin.state_bytes());
     skin.save(state.data(), state.size());
@@ -203,7 +190,7 @@ TEST_CASE("a state with a number of a fibre that no press makes is refused; what
     for (size_t number = 0; number < (state.size() - at) / sizeof(float); ++number)
         for (const float x : {1e22f, -1e22f, 1e12f, -1e9f, 1.0f, -5.0f, 1e-45f, 1e-3f}) {
             const std::vector<char> changed = with(number, x);
-            Skin wild(cpu, finger(), options);
+            Skin wild(cpu, finger(side, side), options);
             try {
                 wild.load(changed.data(), changed.size());
             } catch (const Error&) {

@@ -10,44 +10,19 @@ using namespace test;
 
 namespace {
 
-// All responses after some more presses.
-std::vector<float> answers(Skin& skin, const SkinDescription& d, int first, int last) {
-    std::vector<float> all;
-    for (int i = first; i < last; ++i) {
-        skin.press(frame(d, i), 0.01 * (1 + i % 3));
-        for (Quantity q : all_responses) {
-            const Skin::Response r = skin.response(q);
-            all.insert(all.end(), r.begin(), r.end());
-        }
-    }
-    return all;
-}
-
 // Skins of one element and of several, of one material and of many, of fields and of few sites and many.
 std::vector<SkinDescription> descriptions() {
     std::vector<SkinDescription> all;
-    for (int variant = 0; variant < 12; ++variant) {
-        SkinDescription d = small_scene(19, 11);
-        d.receptors.fa2 = Fa2::step_mean;
-        std::vector<double> moduli;
-        for (int i = 0; variant & 1 && i < 19 * 11; ++i) moduli.push_back(2 + i % 3);
-        d.material.modulus = d.material.viscosity = {};
-        if (variant & 2) {
-            d.material.elements = {{3, 0.05, moduli}, {2, 0.9}};
-            d.material.spring = 5;
-        } else {
-            d.material.modulus = 2;
-            d.material.viscosity = 0.3;
-            d.material.modulus_map = moduli;
-        }
-        const int sites = variant & 8 ? 300 : variant & 4 ? 9 : 0; // of many all cells are stepped
-        for (int i = 0; i < sites; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 19, i * 5 % 11}});
-        all.push_back(d);
-    }
-    SkinDescription wide = all[0]; // whose rows are shared among threads
-    wide.grid.width = 101;
-    for (int i = 0; i < 2000; ++i) wide.sites.push_back({all_responses[i % 4], {i * 7 % 101, i * 5 % 11}});
-    all.push_back(wide);
+    for (int sites : {0, 9, 300}) // of many all cells are stepped
+        for (bool chain : {false, true})
+            for (bool maps : {false, true}) {
+                SkinDescription d = ridged(19, 11);
+                d.receptors.fa2 = Fa2::step_mean;
+                if (maps) d = with_materials(d);
+                if (chain) d = with_chain(d), d.material.dashpot.reset();
+                all.push_back(with_sites(d, sites));
+            }
+    all.push_back(with_sites(ridged(101, 11), 2000)); // whose rows are shared among threads
     return all;
 }
 
@@ -73,7 +48,7 @@ TEST_CASE(
     SkinDescription d = small_scene(9, 7);
     d.receptors.fa2 = Fa2::step_mean;
     Skin skin(Device::cpu(), d);
-    (void)answers(skin, d, 0, 2);
+    for (int i : {0, 1}) skin.press(frame(d, i), 0.01 * (1 + i));
     const Bytes own = saved(skin);
     const auto refused = [&](const Bytes& state) {
         const std::string message = refusal(Error::Code::bad_input, [&] { skin.load(state.data(), state.size()); });
@@ -121,7 +96,7 @@ TEST_CASE(
     "a state has parts, each with its name and length: unknown, missing, repeated and cut ones are refused by name") {
     const SkinDescription d = small_scene(9, 7);
     Skin skin(Device::cpu(), d);
-    (void)answers(skin, d, 0, 2);
+    for (int i : {0, 1}) skin.press(frame(d, i), 0.01 * (1 + i));
     const Bytes own = saved(skin);
     const auto refused = [&](const Bytes& state) {
         const std::string message = refusal(Error::Code::bad_input, [&] { skin.load(state.data(), state.size()); });

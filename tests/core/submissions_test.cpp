@@ -17,15 +17,6 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-Numbers responses(const Skin& skin) {
-    Numbers all;
-    for (Quantity q : all_responses) {
-        const Skin::Response r = skin.response(q);
-        all.insert(all.end(), r.begin(), r.end());
-    }
-    return all;
-}
-
 // A march of 64 outputs, under a sine or, with a file of them, between frames.
 Scene marched(const std::string& frames) {
     Scene s = small_scene(40, 30);
@@ -53,15 +44,6 @@ std::string write_frames(const Folder& folder) {
     return (folder / "frames.npy").string();
 }
 
-SkinDescription chain_of_three(int width, int height) {
-    SkinDescription d = small_scene(width, height);
-    std::vector<double> moduli(size_t(width) * size_t(height));
-    for (size_t i = 0; i < moduli.size(); ++i) moduli[i] = 1 + 0.1 * double(i % 7);
-    d.material.elements = {{3, 0.1}, {2, 0.9, moduli}};
-    d.material.spring = 5;
-    return d;
-}
-
 // Presses some frames of all pads and one of some of them, and returns every response.
 Numbers pressed(const Device& device, const SkinDescription& d, const SkinOptions& options) {
     Skin skin(device, d, options);
@@ -77,7 +59,7 @@ Numbers pressed(const Device& device, const SkinDescription& d, const SkinOption
         }
         if (each) skin.press(pressures, steps, list);
         else skin.press(pressures, 0.02, list);
-        const Numbers more = responses(skin);
+        const std::vector<float> more = answers(skin);
         all.insert(all.end(), more.begin(), more.end());
     };
     std::vector<int> list(pads), some;
@@ -112,7 +94,7 @@ TEST_CASE("whatever a progress callback does on the run's own device, no number 
                     skin.save(state.data(), state.size());
                     skin.load(state.data(), state.size());
                 },
-                [&] { Skin(device, chain_of_three(20, 10)).press(frame(small_scene(20, 10), 1), 0.1); },
+                [&] { Skin(device, with_chain(ridged(20, 10))).press(frame(small_scene(20, 10), 1), 0.1); },
                 [&] { run(marched(frames.empty() ? file : ""), device); },
                 [&, opened = std::optional<Device>()]() mutable {
                     if (!opened) opened = Device::open("vulkan");
@@ -148,7 +130,7 @@ TEST_CASE("runs and presses have the same bits however small their submissions a
     const std::string file = write_frames(folder);
     SkinDescription sites = small_scene(40, 30);
     for (int i = 0; i < 60; ++i) sites.sites.push_back({all_responses[i % 4], {i * 13 % 40, i * 7 % 30}});
-    SkinDescription chain_sites = chain_of_three(40, 30);
+    SkinDescription chain_sites = with_chain(with_materials(ridged(40, 30)));
     chain_sites.sites = sites.sites;
     SkinDescription periodic = small_scene(37, 31);
     periodic.stencil = Stencil::fourth_order;
@@ -159,8 +141,8 @@ TEST_CASE("runs and presses have the same bits however small their submissions a
     compensated.precision = Precision::f32_compensated;
     for (const double work : {1e3, 3e4}) {
         const Validated vulkan(shimmed(), {.validation = {}, .most_work = work});
-        for (const SkinDescription& d :
-             {SkinDescription(small_scene(40, 30)), chain_of_three(40, 30), sites, chain_sites, periodic})
+        for (const SkinDescription& d : {SkinDescription(small_scene(40, 30)),
+                                         with_chain(with_materials(ridged(40, 30))), sites, chain_sites, periodic})
             for (const SkinOptions& options : {single, compensated, seven})
                 CHECK(pressed(vulkan.device(), d, options) == pressed(Device::cpu(1), d, options));
         CHECK(pressed(vulkan.device(), small_scene(30, 40), own) == pressed(Device::cpu(1), small_scene(30, 40), own));

@@ -82,12 +82,6 @@ std::vector<float> pressure_of(const Touch& touch, int pad) {
     return {first, first + side * side};
 }
 
-SkinDescription skin_of_pads() {
-    SkinDescription d = small_scene(side, side);
-    d.receptors.fa2 = Fa2::step_mean;
-    return d;
-}
-
 } // namespace
 
 TEST_CASE("Contacts of a batch press each pad with the bits of a batch that has this pad alone, in any order of pads") {
@@ -167,7 +161,7 @@ TEST_CASE(
     "Recorded into a command buffer, a Touch presses with the bits of its pressures, and in the bytes of its blocks") {
     const Validated vulkan;
     Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
-    SkinDescription d = skin_of_pads();
+    SkinDescription d = ridged(side, side);
     SkinOptions options{.count = pads};
     constexpr int frames = 6;
     Host host(context, d, frames, options);
@@ -282,7 +276,7 @@ TEST_CASE("What a Touch cannot take is refused by name, and changes nothing") {
 
 TEST_CASE("A Touch of other pads than the skin's is refused, and so is a shape with memory") {
     SkinOptions options{.count = pads};
-    Skin skin(Device::cpu(1), skin_of_pads(), options);
+    Skin skin(Device::cpu(1), ridged(side, side), options);
     const auto message = [](auto call) { return refusal(Error::Code::bad_input, call); };
     CHECK(message([&] { skin.press(Touch(tip(), 8, 1e-3), 1e-3); }) ==
           "touch = 8 pads of 24 x 24 cells; allowed: 9 pads of 24 x 24 cells");

@@ -10,13 +10,6 @@ using namespace test;
 
 namespace {
 
-SkinDescription ridged(int width, bool sites) {
-    SkinDescription d = small_scene(width, 9);
-    d.receptors.fa2 = Fa2::step_mean;
-    for (int i = 0; sites && i < 40; ++i) d.sites.push_back({all_responses[i % 4], {i * 13 % width, i * 7 % 9}});
-    return d;
-}
-
 // Ways to press a trial's pressures, all but the first with a mistake.
 enum class Way { right, width_for_pitch, no_constants, swapped_states };
 
@@ -63,7 +56,7 @@ TEST_CASE("a trial of a host's code finds rows a width apart, constants never up
             CAPTURE(sites);
             CAPTURE(count);
             SkinOptions options{.count = count};
-            const SkinDescription d = ridged(21, sites);
+            const SkinDescription d = with_sites(ridged(21, 9), sites ? 40 : 0);
             CHECK(told(context, d, options, Way::right) == "");
             CHECK(told(context, d, options, Way::width_for_pitch).find("SkinProgram::pitch()") != std::string::npos);
             CHECK(told(context, d, options, Way::no_constants).find("constants") == 0);
@@ -74,7 +67,7 @@ TEST_CASE("a trial of a host's code finds rows a width apart, constants never up
 TEST_CASE("a press that is refused says why") {
     const Validated vulkan;
     Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
-    const SkinDescription d = ridged(20, false);
+    const SkinDescription d = ridged(20, 9);
     Host host(context, d, 1);
     const Binding binding = host.bindings[0];
     vulkan::Recording recording(context);

@@ -231,14 +231,6 @@ std::string words_of(const Call& call) {
     return text.str();
 }
 
-bool same(const std::vector<float>& a, const std::vector<float>& b) {
-    return std::ranges::equal(
-        a, b, [](float x, float y) { return std::memcmp(&x, &y, sizeof x) == 0 || (std::isnan(x) && std::isnan(y)); });
-}
-bool same(const std::vector<Spike>& a, const std::vector<Spike>& b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Spike)) == 0);
-}
-
 // The first difference between a way and the plain one, or "".
 std::string difference(const Way& plain, const Way& way, const DrawnSkin& drawn) {
     const bool fields = way.has_fields() && !plain.has_fields();
@@ -261,7 +253,7 @@ std::string difference(const Way& plain, const Way& way, const DrawnSkin& drawn)
         for (size_t pad = 0; pad < pads; ++pad) {
             const bool told = std::ranges::count(classes, q) == 0;
             if (!told && !(plain.fresh(int(pad)) && way.fresh(int(pad)))) continue;
-            if (!same(of(a, pad), of(b, pad))) return std::string(name(q)) + " of pad " + std::to_string(pad);
+            if (!same_bits(of(a, pad), of(b, pad))) return std::string(name(q)) + " of pad " + std::to_string(pad);
         }
     }
     for (int pad = 0; pad < plain.count() && !fields; ++pad) {
@@ -304,7 +296,7 @@ std::string differing(uint64_t seed, const Device* vulkan, size_t& spikes_seen) 
         for (Way& way : ways) {
             const std::vector<Spike> spikes = way.take(call);
             if (&way == &ways[0]) expected = spikes;
-            else if (!same(spikes, expected)) return text + way.name() + ": spikes";
+            else if (!same_bits(spikes, expected)) return text + way.name() + ": spikes";
         }
         spikes_seen += expected.size();
         for (const Way& way : ways) {

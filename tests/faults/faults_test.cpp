@@ -23,14 +23,9 @@ struct Figures {
     int faults = 0, errors = 0, absorbed = 0, losses = 0, left = 0;
 } figures;
 
-Ledger ledger;
+void append(Numbers& all, const Numbers& more) { all.insert(all.end(), more.begin(), more.end()); }
 
-void append(Numbers& all, const Skin& skin, std::initializer_list<Quantity> responses) {
-    for (Quantity q : responses) {
-        const Skin::Response r = skin.response(q);
-        all.insert(all.end(), r.begin(), r.end());
-    }
-}
+Ledger ledger;
 
 // A run with traces, probes and fields, in several submissions.
 Numbers run_scene(const Device& device) {
@@ -52,20 +47,19 @@ Numbers press_skin(const Device& device) {
     const SkinDescription d = small_scene(33, 20);
     SkinOptions options{.responses = {Quantity::sa1, Quantity::fa2}};
     Skin skin(device, d, options);
-    Numbers all;
     skin.press(frame(d, 0), 0.1);
-    append(all, skin, {Quantity::sa1});
+    Numbers all = answers(skin, Quantity::sa1);
     std::vector<char> state(skin.state_bytes());
     skin.save(state.data(), state.size());
     skin.press(frame(d, 1), 0.2);
     skin.reset();
     skin.load(state.data(), state.size());
     skin.press(frame(d, 2), 0.1);
-    append(all, skin, {Quantity::sa1, Quantity::fa2, Quantity::strain});
-    Numbers frames = frame(d, 3);
-    for (float p : frame(d, 4)) frames.push_back(p);
+    const Quantity told[] = {Quantity::sa1, Quantity::fa2, Quantity::strain};
+    append(all, answers(skin, told));
+    const Numbers frames = frames_of(d, 3, 2);
     skin.press_frames(frames.data(), 2, frames.size() / 2, 0.1);
-    append(all, skin, {Quantity::sa1, Quantity::fa2, Quantity::strain});
+    append(all, answers(skin, told));
     return all;
 }
 
@@ -75,17 +69,11 @@ Numbers press_batch(const Device& device) {
     d.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {11, 7}}};
     SkinOptions options{.count = 3};
     Skin skin(device, d, options);
-    Numbers pressures;
-    for (int pad = 0; pad < 3; ++pad) {
-        const Numbers one = frame(d, pad);
-        pressures.insert(pressures.end(), one.begin(), one.end());
-    }
-    Numbers all;
-    skin.press(pressures, 0.1);
-    append(all, skin, {Quantity::sa1, Quantity::fa2});
-    const std::vector<int> last = {2};
-    skin.press(frame(d, 5), std::vector<double>{0.3}, last);
-    append(all, skin, {Quantity::sa1, Quantity::fa2});
+    const Quantity told[] = {Quantity::sa1, Quantity::fa2};
+    skin.press(frames_of(d, 0, 3), 0.1);
+    Numbers all = answers(skin, told);
+    skin.press(frame(d, 5), std::vector<double>{0.3}, std::vector<int>{2});
+    append(all, answers(skin, told));
     return all;
 }
 
@@ -225,7 +213,7 @@ struct Pressing {
             } else if (done == 3) skin->reset(); // after an odd number of presses
             else skin->press(frame(d, done), 0.1);
             pressed = true;
-            append(responses, *skin, {Quantity::fa2});
+            append(responses, answers(*skin, Quantity::fa2));
             pressed = false;
         }
         return responses;
@@ -296,14 +284,7 @@ struct Embedding {
         options.responses = {Quantity::sa1, Quantity::fa2};
         if (count > 1) description.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {11, 7}}};
     }
-    std::vector<float> pressure(int press) const {
-        Numbers all;
-        for (int pad = 0; pad < options.count; ++pad) {
-            const Numbers one = frame(description, press + pad);
-            all.insert(all.end(), one.begin(), one.end());
-        }
-        return all;
-    }
+    Numbers pressure(int press) const { return frames_of(description, press, size_t(options.count)); }
     Numbers operator()() const {
         Host host(context, handles, description, 2, options);
         Range check(context, host.program.memory().check);
@@ -320,15 +301,13 @@ struct Embedding {
         recording.submit();
         CHECK(host.program.check_passed(check.data(), check.info.range));
         Numbers all = host.response(2, Quantity::sa1);
-        for (float x : host.response(2, Quantity::fa2)) all.push_back(x);
+        append(all, host.response(2, Quantity::fa2));
         return all;
     }
     Numbers right() const {
         Skin skin(Device::cpu(1), description, options);
         for (int press : {1, 2}) skin.press(pressure(press), 0.1);
-        Numbers all;
-        append(all, skin, {Quantity::sa1, Quantity::fa2});
-        return all;
+        return answers(skin, options.responses);
     }
 };
 

@@ -158,10 +158,7 @@ struct Pressing {
         options.count = count;
         if (count > 1) options.materials.resize(size_t(count), description.material);
         softer.modulus = 0.5;
-        for (int pad = 0; pad < count; ++pad) {
-            const std::vector<float> one = frame(description, pad);
-            pressures.insert(pressures.end(), one.begin(), one.end());
-        }
+        pressures = frames_of(description, 0, size_t(count));
         steps.resize(size_t(count), 0.2);
         state.resize(Skin(device, description, options).state_bytes());
     }

@@ -57,10 +57,6 @@ Seen seen(const model::PreparedRun& run, Precision precision, int threads, const
     return all;
 }
 
-bool same(const std::vector<double>& a, const std::vector<double>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
-}
-
 // A variant of a loop: what templates of host/core/simd are instantiated by.
 struct LoopVariant {
     simd::Hold hold = simd::Hold::linear;
@@ -253,9 +249,9 @@ TEST_CASE("steps taken together by bands of rows have the bits of steps taken on
         for (int threads : {1, 2, 3}) {
             CAPTURE(threads);
             const Seen together = seen(run, c.precision, threads, simd::best(), true);
-            CHECK(same(one.totals, together.totals));
+            CHECK(same_bits(one.totals, together.totals));
             REQUIRE(together.maps.size() == 7); // at the end
-            for (size_t i = 0; i < 7; ++i) CHECK(same(together.maps[i], one.maps[one.maps.size() - 7 + i]));
+            for (size_t i = 0; i < 7; ++i) CHECK(same_bits(together.maps[i], one.maps[one.maps.size() - 7 + i]));
         }
     }
 }

@@ -32,12 +32,6 @@ Scene on_ridges() {
     return s;
 }
 
-double sum_of(const Map& map) {
-    double sum = 0;
-    for (double p : map) sum += p;
-    return sum;
-}
-
 } // namespace
 
 TEST_CASE("the force of a press on crests is that of the even press, within a billionth") {

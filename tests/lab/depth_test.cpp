@@ -56,7 +56,7 @@ std::vector<double> field_of(const Scene& s, Quantity q, double at) {
 }
 
 // Ridges under a smooth load, each class at another depth.
-Scene ridged(int width, int height) {
+Scene with_depths(int width, int height) {
     Scene s = small_scene(width, height);
     s.grid.spacing = 5e-5;
     s.surface.relief = 2e-5;
@@ -93,7 +93,7 @@ TEST_CASE("on the axis of an even disc the stress is that of Boussinesq") {
 }
 
 TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") {
-    Scene s = ridged(23, 17);
+    Scene s = with_depths(23, 17);
     std::vector<double> map;
     s.load = {.kind = Load::Kind::map};
     for (int i = 0; i < 23 * 17; ++i) map.push_back(std::sin(3.0 * i) * (i % 5));
@@ -254,7 +254,7 @@ TEST_CASE("stresses at a depth are within their bound, which is at most 100 time
 }
 
 TEST_CASE("a response at a depth is the signal there times the gain at the surface") {
-    Scene s = ridged(40, 31);
+    Scene s = with_depths(40, 31);
     s.model = Model::maps;
     const double at = 0.35, l = *s.material.curvature_length;
     const std::vector<double> C = field_of(s, Quantity::curvature, at);
@@ -275,7 +275,7 @@ TEST_CASE("a response at a depth is the signal there times the gain at the surfa
 }
 
 TEST_CASE("means and extremes at a depth are those of the field") {
-    Scene s = ridged(40, 31);
+    Scene s = with_depths(40, 31);
     s.output.traces = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     const Result traced = run(s);
     CHECK(int(traced.model) == int(Model::moments));
@@ -311,7 +311,7 @@ struct AsFrames {
 };
 
 TEST_CASE("receptors at a depth answer under frames as under the product that these frames are samples of") {
-    Scene product = ridged(33, 20);
+    Scene product = with_depths(33, 20);
     product.output.traces.clear();
     for (int i = 0; i < 20; ++i) product.sites.push_back({all_responses[i % 4], {(7 * i) % 33, (3 * i) % 20}});
     const AsFrames frames(product);
@@ -321,7 +321,7 @@ TEST_CASE("receptors at a depth answer under frames as under the product that th
 }
 
 TEST_CASE("a receptor at a depth beside the pressed cells is bent by them") {
-    Scene product = ridged(33, 20);
+    Scene product = with_depths(33, 20);
     product.output.traces.clear();
     std::vector<double> map(33 * 20, 0);
     for (int x = 0; x < 33; ++x) map[size_t(9 * 33 + x)] = 1;
@@ -341,7 +341,7 @@ TEST_CASE("a receptor at a depth beside the pressed cells is bent by them") {
 
 // All responses, in fields, means, extremes, a probe and sites.
 Scene read_everywhere(int width, int height) {
-    Scene s = ridged(width, height);
+    Scene s = with_depths(width, height);
     s.output.traces.assign(std::begin(all_responses), std::end(all_responses));
     s.output.fields = {{0.3, s.output.traces}, {0.17, {Quantity::strain, Quantity::sa1}}};
     s.output.probes = {{width / 2, height / 2}};

@@ -17,12 +17,7 @@ constexpr double E_end = 5e4, E_once = 2e5, nu = 0.4; // of the preset: the modu
 
 // The preset's material on a flat skin.
 Scene flat_skin(int cells, double spacing) {
-    Scene s{fingertip()};
-    s.grid = {.width = cells, .height = cells, .spacing = spacing};
-    s.surface = {.kind = Surface::Kind::flat, .relief = *s.surface.relief};
-    s.load.control = Control::depth;
-    s.output.traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1};
-    s.output.probes = {{cells / 2, cells / 2}};
+    Scene s = flat_finger(cells, spacing);
     s.time = {.step = 0.01, .duration = 0.5};
     return s;
 }
@@ -34,12 +29,6 @@ Scene ball(int cells, double spacing, double depth) {
     s.load.intensity = depth;
     s.load.ball_radius = 5e-3;
     return s;
-}
-
-double sum_of(const std::vector<double>& map) {
-    double sum = 0;
-    for (double v : map) sum += v;
-    return sum;
 }
 
 // The creep J(t) of a material, 1/Pa.

@@ -11,16 +11,12 @@ namespace {
 
 // The preset's skin under a punch of 1 mm: relaxation times of 4, 70 and 1400 ms, a fourth of the stress in the end.
 Scene punched(int cells, double spacing) {
-    Scene s{fingertip()};
-    s.grid = {.width = cells, .height = cells, .spacing = spacing};
-    s.surface = {.kind = Surface::Kind::flat, .relief = *s.surface.relief};
+    Scene s = flat_finger(cells, spacing);
     s.material.curvature_length = 0;
     s.load = {.kind = Load::Kind::punch,
               .radius = int(std::lround(1e-3 / spacing)),
               .intensity = 1e-3,
               .control = Load::Control::depth};
-    s.output.traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1};
-    s.output.probes = {{cells / 2, cells / 2}};
     s.time = {.step = 0.025, .duration = 1};
     return s;
 }

@@ -16,23 +16,11 @@ namespace {
 constexpr double half_turn = std::numbers::pi; // rad
 const std::vector<Quantity> every = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
 
-double greatest_of(const std::vector<double>& values) {
-    double most = 0;
-    for (double v : values) most = std::max(most, std::abs(v));
-    return most;
-}
-
 // A skin without relief whose responses are its signals, under a grating of 1 mm that moves at 40 mm/s.
 Scene moving_grating(double step, double duration) {
-    Scene s;
-    s.grid = {.width = 50, .height = 8, .spacing = 1e-4};
-    s.surface = {.kind = Surface::Kind::flat, .relief = 1e-6};
-    s.material = {.modulus = 2e4, .viscosity = 2e2, .thickness = 1e-3, .curvature_length = 0};
-    s.load = {.kind = Load::Kind::map, .intensity = 1e3, .map = std::vector<double>(50 * 8, 1)};
+    Scene s = flat_strip(step, duration);
     s.load.grating = {.wavelength = 1e-3, .velocity = 0.04, .amplitudes = {0.5, 0.25}, .phases = {0, 0.7}};
-    s.time = {.step = step, .duration = duration};
     s.output.traces = every;
-    s.output.probes = {{7, 4}};
     return s;
 }
 

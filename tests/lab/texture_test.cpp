@@ -20,17 +20,10 @@ constexpr double pi = std::numbers::pi;
 
 // A grating of 1 mm, 20 numbers to the period, that slides at 40 mm/s: 40 Hz.
 Scene grating(double step, double duration) {
-    Scene s;
-    s.grid = {.width = 50, .height = 8, .spacing = 1e-4};
-    s.surface = {.kind = Surface::Kind::flat, .relief = 1e-6};
-    s.material = {.modulus = 2e4, .viscosity = 2e2, .thickness = 1e-3, .curvature_length = 0};
-    s.load = {.kind = Load::Kind::map, .intensity = 1e3, .map = std::vector<double>(50 * 8, 1)};
+    Scene s = flat_strip(step, duration);
     Texture t{.map = {}, .width = 40, .height = 3, .spacing = 5e-5, .velocity = {0.04, 0}};
     for (int i = 0; i < 40 * 3; ++i) t.map.edit().push_back(std::cos(2 * pi * (i % 40) / 20.0));
     s.load.texture = t;
-    s.time = {.step = step, .duration = duration};
-    s.output.traces = {Quantity::strain};
-    s.output.probes = {{7, 4}};
     return s;
 }
 

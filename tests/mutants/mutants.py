@@ -18,6 +18,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 # Functions by their names, and the suites that are about them.
@@ -145,29 +146,37 @@ def main():
         with table.open(newline="") as rows:
             done = {(r["program"], int(r["offset"])): r["failing"] for r in csv.DictReader(rows)}
     table.parent.mkdir(parents=True, exist_ok=True)
+
+    def failing_of(number):
+        group, offset, old, new, _, _ = drawn[number]
+        if (version, offset) in done:
+            return done[version, offset]
+        mutant = table.parent / f"mutant-{os.getpid()}-{number}"
+        try:
+            shutil.copy(program, mutant)
+            with mutant.open("r+b") as file:
+                file.seek(offset)
+                if file.read(1)[0] != old:
+                    sys.exit(f"mutants: offset {offset} does not hold {old:#x}")
+                file.seek(offset)
+                file.write(bytes([new]))
+            return first_failing(mutant, group)
+        finally:
+            mutant.unlink(missing_ok=True)
+
     survivors = []
-    with table.open("a", newline="") as out:
+    with table.open("a", newline="") as out, ThreadPoolExecutor(os.cpu_count()) as pool:
         write = csv.writer(out)
         if out.tell() == 0:
             write.writerow(["program", "offset", "group", "instruction", "new_byte", "failing", "function"])
-        mutant = table.parent / f"mutant-{os.getpid()}"
-        for number, (group, offset, old, new, instruction, function) in enumerate(drawn):
-            failing = done.get((version, offset))
-            if failing is None:
-                shutil.copy(program, mutant)
-                with mutant.open("r+b") as file:
-                    file.seek(offset)
-                    if file.read(1)[0] != old:
-                        sys.exit(f"mutants: offset {offset} does not hold {old:#x}")
-                    file.seek(offset)
-                    file.write(bytes([new]))
-                failing = first_failing(mutant, group)
+        for number, failing in enumerate(pool.map(failing_of, range(count))):
+            group, offset, _, new, instruction, function = drawn[number]
+            if (version, offset) not in done:
                 write.writerow([version, offset, group, instruction, hex(new), failing, function])
                 out.flush()
             print(f"{number + 1}/{count} {group:<13}{failing or 'SURVIVES':<14}{instruction:<10}{function[:90]}", flush=True)
             if not failing:
                 survivors.append((group, hex(offset), instruction, function))
-        mutant.unlink(missing_ok=True)
     print(f"{len(survivors)} of {count} survive")
     for survivor in survivors:
         print("  ", *survivor)
