@@ -261,12 +261,9 @@ class VulkanFrames {
         vulkan::Pipelines& pipelines = context_->pipelines();
         kernel_ = std::make_unique<vulkan::Kernel>(
             pipelines,
-            moves ? vulkan::Module{moves_spv, sizeof moves_spv} : vulkan::press_module_for(pipelines.device()),
-            vulkan::KernelOptions{.bindings = PRESS_BINDINGS,
-                                  .constants_bytes = sizeof(f32::Constants),
-                                  .specialization = moves ? std::vector<uint32_t>{}
-                                                          : vulkan::specialization(scene.streamed.variant()),
-                                  .max_sets = ring});
+            moves ? vulkan::Module{moves_spv, sizeof moves_spv, PRESS_BINDINGS, sizeof(f32::Constants)}
+                  : vulkan::press_module_for(pipelines.device()),
+            moves ? std::vector<uint32_t>{} : vulkan::specialization(scene.streamed.variant()), ring);
         for (int i = 0; i < ring; ++i) { // the two states are swapped with each frame
             std::vector<vulkan::BoundRange> set = {
                 {PRESS_PRESSURE_FROM, at(frames + i)}, {PRESS_PRESSURE_TO, at(frames + (i + 1) % ring)},

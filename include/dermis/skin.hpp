@@ -24,8 +24,8 @@ struct SkinOptions {
     // state, and its bits are the bits of a Skin with one pad. 1..1048576; count*width*height at most 2147483647.
     int count = 1;
     // A material for each pad, `count` of them, in place of the description's. Only moduli, viscosities, elements,
-    // spring and dashpot count, as numbers, not maps. Every pad must have the same number of elements, springs and
-    // dashpots. Empty: all pads have the description's material.
+    // spring and dashpot count, as numbers, not maps. Every pad must have the same number of elements and springs, and
+    // dashpots in the same places. Empty: all pads have the description's material.
     std::vector<Material> materials;
     // How the pressure runs from frame to frame; a SkinProgram takes linear alone. Under parabolic hold a skin keeps
     // one more number for each cell, the pressure of the frame before, and a step depends on the length of the one
@@ -47,13 +47,13 @@ struct SkinOptions {
     // Given: SA2 answers to the stretch of the surface along this direction (x, y), of any length but 0, in place of
     // the strain; (0, 0): to the sum of stretch_x and stretch_y. Receptors::sa2_adaptation holds for it, and between
     // frames the stretch runs linearly. Needs shear, and sa2 among the responses. On a Vulkan device each press then
-    // waits and downloads the shear.
+    // waits and downloads the shear. Where sa2 is the only response, sa1 is one too.
     std::optional<std::array<double, 2>> sa2_stretch;
     // Called on the thread that presses, while many frames are copied, between frames and between blocks of steps of
     // afferents, each of which takes less than a second; with the fraction of the frames that is done, 0..1. A short
     // press does not call it. What it throws ends the press: the pads then have the state after the last whole frame,
-    // spikes() has the spikes up to it, those of the last press before the first frame, and responses are those of a
-    // frame only after the next press. Where afferents take several blocks, the press saves the state first, which
+    // spikes() has the spikes up to it (none within the first frame, those of the last press before it begins), and
+    // responses are those of a frame only after the next press. Where afferents take several blocks, the press saves the state first, which
     // allocates. It may press other skins; this one refuses to be pressed, changed or saved meanwhile.
     std::function<void(double)> progress;
 };
@@ -184,8 +184,9 @@ class DERMIS_API Skin {
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});
 
-    // Gives pads another material from the next press on; strains are kept. It must have the same number of elements,
-    // springs and dashpots as the old one. Neither of the two may have maps. A list of pads is allowed only where
+    // Gives pads another material from the next press on; the strains of elements are kept, and that of a spring
+    // follows from the pressure at once. It must have the same number of elements and springs as the old one, and
+    // dashpots in the same places. Neither of the two may have maps. A list of pads is allowed only where
     // SkinOptions::materials gave each pad its own. Throws Error::bad_input and changes nothing then.
     void set_material(const Material&, const Pads& = {});
 

@@ -84,8 +84,10 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
         },
         "materials = (given)");
     SkinDescription thin = d;
-    thin.material.thickness = 0;
-    refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
+    for (const double thickness : {0.0, 1e-50}) { // 0 in float
+        thin.material.thickness = thickness;
+        refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
+    }
     thin.material.thickness = 1e-3;
     thin.receptors.follow.sa1 = Signal::stress;
     refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "receptors.follow.sa1");

@@ -389,6 +389,10 @@ TEST_CASE("what a host gets wrong is named at set-up") {
     CHECK(says(with([](auto&) { shim.absent = "vkGetDeviceProcAddr"; }), "vkGetDeviceProcAddr"));
     shim.absent = "";
     CHECK(says(refused([&] { SkinProgram(context.handles(), d, 0); }), "max_bindings = 0; allowed: 1..65536"));
+    SkinOptions stretched;
+    stretched.sa2_stretch = {1, 0};
+    CHECK(says(refused([&] { SkinProgram(context.handles(), d, 1, stretched); }),
+               "sa2_stretch = (given); allowed: none"));
 
     Host host(context, d, 2);
     const auto bad = [&](auto&& change) {

@@ -2,6 +2,7 @@
 // labels: device
 // The shear of a skin: tractions strain the material's chain with a third of its moduli, on each backend alike.
 #include "dermis/touch.hpp"
+#include "host/core/description/element.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/contacts.hpp"
 #include "tests/expected.hpp"
@@ -241,6 +242,77 @@ TEST_CASE(
             CHECK(answers(skin, Quantity::fa1) == answers(plain, Quantity::fa1));
         }
     }
+}
+
+TEST_CASE("whatever a skin is made of, its shear is the strain under three times the stress, and a material set again "
+          "changes nothing") {
+    std::vector<Material> all(7);
+    all[0].modulus = 1e4, all[0].viscosity = 0;
+    all[1].modulus = 0, all[1].viscosity = 1e3;
+    all[2].elements = {{1e4, 0}};
+    all[3].elements = {{0, 1e3}};
+    all[4].elements = {{0, 1e5}, {1e4, 1e2}};
+    all[5].elements = {{1e4, 0}}, all[5].dashpot = 1e5;
+    all[6].elements.assign(8, {1e4, 1e3}), all[6].spring = 1e5, all[6].dashpot = 1e5;
+    const std::vector<float> load = patch(2e3), none(cells_of_pad), along_x = joined(load, none);
+    std::vector<float> stronger;
+    for (const float p : load) stronger.push_back(3 * p);
+    for (const Material& m : all) {
+        SkinDescription d = sheared_skin();
+        scene::take_elements(d.material, m);
+        SkinOptions options = with_shear();
+        options.responses = {Quantity::sa1};
+        Skin skin(Device::cpu(1), d, options), again(Device::cpu(1), d, options),
+            strained(Device::cpu(1), d, {.responses = {Quantity::sa1}});
+        for (int n = 0; n < 5; ++n) {
+            if (n == 3) again.set_material(m);
+            for (Skin* s : {&skin, &again}) s->press(none.data(), along_x.data(), cells_of_pad, 1e-3);
+            strained.press(stronger, 1e-3);
+        }
+        const std::vector<float> x = answers(skin, Quantity::shear_x), e = answers(strained, Quantity::strain);
+        CHECK(answers(again, Quantity::shear_x) == x);
+        for (size_t k = 0; k < cells_of_pad; ++k) REQUIRE(x[k] == relative(e[k], 1e-5));
+    }
+}
+
+TEST_CASE("a material whose dashpots are others than the skin's is refused, as it would not come to rest or strains "
+          "would change places") {
+    SkinDescription d = sheared_skin();
+    Material m;
+    m.elements = {{0, 1e5}, {1e4, 1e2}};
+    scene::take_elements(d.material, m);
+    Skin flows(Device::cpu(1), d);
+    m.elements = {{1e4, 1e2}}, m.dashpot = 1e5;
+    refuses([&] { flows.set_material(m); },
+            "allowed: a dashpot, which has no modulus, in the same places as in the skin");
+    d = sheared_skin();
+    d.receptors.follow.sa1 = Signal::stress;
+    Skin rests(Device::cpu(1), d);
+    m = d.material, m.elements[1].modulus = 0;
+    refuses([&] { rests.set_material(m); }, "material.elements = (another dashpot)");
+    refuses([&] { Skin(Device::cpu(1), d, {.count = 2, .materials = {d.material, m}}); }, "materials[1]");
+}
+
+TEST_CASE("SA2 of the stretch is off by rounding alone after a hundred thousand presses, whatever the length of its "
+          "direction") {
+    SkinDescription d = sheared_skin();
+    d.grid = {8, 4, 5e-4};
+    d.material = {.modulus = 6e4, .viscosity = 0, .thickness = 1e-3, .curvature_length = 0};
+    const std::vector<float> none(32), both = [] {
+        std::vector<float> t(64);
+        for (size_t i = 0; i < 32; ++i) t[i] = float(1e3 * double(i % 8));
+        return t;
+    }();
+    const auto pressed = [&](std::array<double, 2> direction, int presses) {
+        SkinOptions options{.responses = {Quantity::sa2}, .shear = true};
+        options.sa2_stretch = direction;
+        Skin skin(Device::cpu(1), d, options);
+        for (int n = 0; n < presses; ++n) skin.press(none.data(), both.data(), 32, 1e-3);
+        return std::pair{answers(skin, Quantity::sa2), answers(skin, Quantity::stretch_x)};
+    };
+    const auto [sa2, stretch] = pressed({1, 0}, 100000);
+    for (size_t k = 0; k < 32; ++k) CHECK(sa2[k] == relative(double(stretch[k]) * (100 - 5e-4), 1e-6));
+    for (const double length : {1e200, 1e-200}) CHECK(pressed({3 * length, length}, 3) == pressed({3, 1}, 3));
 }
 
 TEST_CASE("SA2 of the stretch is refused where it cannot be") {

@@ -285,6 +285,23 @@ TEST_CASE("a device whose bits differ is refused for a skin too, unless asked fo
     CHECK_FALSE(named.info().exact);
 }
 
+TEST_CASE("a device keeps the pipelines of its skins and 128 others, however many kinds of skin come and go") {
+    const Device device = open_device("0", shimmed());
+    const SkinDescription d = ridged(20, 10);
+    Skin stays(device, d), twin(Device::cpu(1), d);
+    shim.calls.clear();
+    for (int kind = 0; kind < 450; ++kind) {
+        SkinOptions options{.count = 2};
+        Skin(device, ridged(4 + kind % 150, 3 + kind / 150 * 8), options);
+    }
+    const auto calls = [](const char* name) { return std::ranges::count(shim.calls, std::string(name)); };
+    const auto made = calls("vkCreateComputePipelines"), ended = calls("vkDestroyPipeline");
+    CHECK(made > int(vulkan::Pipelines::most_unused) + 1);
+    CHECK(made - ended <= int(vulkan::Pipelines::most_unused) + 1);
+    for (Skin* skin : {&stays, &twin}) skin->press(frame(d, 1), 0.1);
+    CHECK(same_bits(answers(stays), answers(twin)));
+}
+
 TEST_CASE("after a submission that did not come back nothing of a skin is destroyed") {
     const LeftToDriver leaks;
     const Device device = open_device("0", shimmed());

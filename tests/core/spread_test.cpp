@@ -232,8 +232,9 @@ TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without
         options.afferents.back().model->spread = 0; // all feel the same
         for (int i = 0; i < 10; ++i) options.afferents.back().cells.push_back({2 * i, i});
     }
+    const Validated vulkan;
     for (const Signal follow : {Signal::strain, Signal::stress})
-        for (Device device : {Device::cpu(1), Device::open("vulkan")}) {
+        for (const Device& device : {Device::cpu(1), vulkan.device()}) {
             as_input.receptors.follow.sa1 = follow;
             for (Afferents& a : options.afferents) a.follow = follow;
             Skin skin(device, d, options);

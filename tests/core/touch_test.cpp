@@ -202,6 +202,7 @@ TEST_CASE(
         return std::string(host.program.record_touch(commands, host.pressures[1]->info, other).refused);
     };
     CHECK(refusal_of(Touch(tip(), 2, 1e-3)) == "touch: other pads than the program's");
+    CHECK(refusal_of(Touch(tip(), pads, 1e-3, true)) == "touch: tractions; a SkinProgram has no shear");
     VkDescriptorBufferInfo small = host.pressures[1]->info;
     small.range = 16;
     CHECK(std::string(host.program.record_touch(commands, small, touch).refused) ==

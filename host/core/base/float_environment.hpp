@@ -17,8 +17,7 @@ class DefaultFloats {
     ~DefaultFloats() {
         if (changes_) std::fesetenv(&saved_);
     }
-    DefaultFloats(const DefaultFloats&) = delete;
-    DefaultFloats& operator=(const DefaultFloats&) = delete;
+    DefaultFloats& operator=(DefaultFloats&&) = delete; // nor is it copied
 
   private:
     // Whether all but the flags of past exceptions are the defaults; false where only fegetenv() could tell. Saving and

@@ -23,8 +23,7 @@ class Watch {
     // pause: between two calls of look() that call progress.
     explicit Watch(const Progress& progress, std::chrono::milliseconds pause = std::chrono::milliseconds(100));
     ~Watch();
-    Watch(const Watch&) = delete;
-    Watch& operator=(const Watch&) = delete;
+    Watch& operator=(Watch&&) = delete; // nor is it copied
 
   private:
     const State outer_;

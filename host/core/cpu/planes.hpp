@@ -3,7 +3,7 @@
 #pragma once
 
 #include "host/core/base/pool.hpp"
-#include "host/core/model/state_shape.hpp"
+#include "host/core/model/skin.hpp"
 #include "host/core/simd/isa.hpp"
 
 #include <algorithm>

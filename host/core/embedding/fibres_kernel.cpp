@@ -20,11 +20,7 @@ class Fibres : public model::FibrePopulation<f32> {
     // Throws Error::device.
     Fibres(std::shared_ptr<Context> context, const std::vector<model::FibreKind>& kinds, size_t pads)
         : model::FibrePopulation<f32>(kinds, pads, line), context_(std::move(context)),
-          kernel_(context_->pipelines(), fibres_module(),
-                  {.bindings = FIBRES_BINDINGS,
-                   .constants_bytes = sizeof(f32::FibreDispatch),
-                   .specialization = {},
-                   .max_sets = 1}),
+          kernel_(context_->pipelines(), fibres_module(), {}, 1),
           constants_(*context_, kinds.size() * sizeof(f32::FibreConstants), Buffer::Location::host),
           memory_(*context_, (FIBRE_DISPATCH_PLANES + 1) * plane_ * sizeof(float), Buffer::Location::host),
           recording_(*context_) {

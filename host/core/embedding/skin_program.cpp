@@ -268,6 +268,7 @@ model::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, co
     if (scene::follows_stress(d.receptors))
         refuse("receptors.follow", "\"stress\"", "\"strain\" in a SkinProgram; a Skin has both");
     if (options.shear) refuse("shear", "true", "false in a SkinProgram; a Skin has shear");
+    if (options.sa2_stretch) refuse("sa2_stretch", "(given)", "none in a SkinProgram; a Skin has shear");
     if (!options.afferents.empty())
         refuse("afferents", std::to_string(options.afferents.size()) + " kinds",
                "none in a SkinProgram; a Skin has them");
@@ -365,6 +366,7 @@ Recorded SkinProgram::record_touch(VkCommandBuffer commands, const VkDescriptorB
     if (const std::optional<double> spacing = skin.skin.description.grid.spacing;
         spacing && std::abs(*spacing - pad.spacing) > 1e-6 * pad.spacing)
         return {"touch: pads of another spacing than the program's"};
+    if (touch.traction()) return {"touch: tractions; a SkinProgram has no shear"};
     const VkDeviceSize bytes = impl_->needs.pressure.bytes, pitch = VkDeviceSize(skin.skin.pitch);
     if (range.range != VK_WHOLE_SIZE && range.range < bytes) return {"pressure_to: fewer than memory().pressure.bytes"};
     const VolkDeviceTable& vk = impl_->device.calls;

@@ -79,7 +79,7 @@ void check_pads(const SkinDescription& description, const SkinOptions& options) 
 // Gives a skin that is pressed by depth a spring of 1 Pa in place of its material: under a strain as its pressure, the
 // strain is that pressure. A spring alone has no state for FA2; behind an element that never moves it has.
 void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::vector<Quantity>& asked) {
-    scene::need_positive("material.thickness", *s.material.thickness);
+    scene::need_positive("material.thickness", double(float(*s.material.thickness)));
     if (scene::has_depth(s.receptors))
         scene::refuse("receptors.depth", "(given)", "none with control = depth, where no pressure is known");
     if (!options.materials.empty())
@@ -242,7 +242,10 @@ std::vector<Element> elements_of_pad(const SkinDescription& validated, const Mat
                               (series.ends_in_spring ? "a" : "no") + " spring",
                           std::to_string(chain.elements()) + " and " + (chain.spring ? "a" : "no") +
                               " spring, as the skin has");
-        const std::vector<Element> elements = scene::chain_of(material);
+        const std::vector<Element> elements = scene::chain_of(material), own = scene::chain_of(validated.material);
+        if (!std::ranges::equal(elements, own, {}, scene::is_viscous, scene::is_viscous))
+            scene::refuse("material.elements", "(another dashpot)",
+                          "a dashpot, which has no modulus, in the same places as in the skin");
         check_elements(elements, chain, wanted);
         return elements;
     } catch (const Error& error) {

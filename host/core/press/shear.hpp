@@ -45,13 +45,16 @@ class Shear : public Stage {
         steps_.resize(2 * pads_);
         before_.resize(2 * pads_);
         if (!options.sa2_stretch) return;
-        const auto [x, y] = *options.sa2_stretch;
+        auto [x, y] = *options.sa2_stretch;
+        const double longer = std::max(std::abs(x), std::abs(y));
+        for (double* d : {&x, &y}) *d = std::scalbn(*d, longer > 0 ? -std::ilogb(longer) : 0); // squares are finite
         const double square = x * x + y * y;
         sa2_weights_ = square == 0 ? model::StretchWeights{1, 1, 0}
                                    : model::StretchWeights{float(x * x / square), float(y * y / square),
                                                            float(2 * x * y / square)};
         adaptation_ = skin.skin.description.receptors.sa2_adaptation.value_or(0);
         for (std::vector<float>* map : {&sa2_, &stretch_}) map->resize(pads_ * width_ * height_);
+        if (adaptation_ == 0) carried_.resize(sa2_.size());
         newest_.resize(width_ * height_);
         (void)strain(); // makes room
     }
@@ -94,9 +97,10 @@ class Shear : public Stage {
         if (!any()) return;
         is_read_ = false;
         cells_->reset(both(pads));
-        for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
-            for (std::vector<float>* map : {&sa2_, &stretch_})
-                std::fill_n(map->begin() + long(size_t(pads[i]) * width_ * height_), width_ * height_, 0.0f);
+        for (size_t i = 0; i < pads.count; ++i)
+            for (std::vector<float>* map : {&sa2_, &stretch_, &carried_})
+                if (!map->empty())
+                    std::fill_n(map->begin() + long(size_t(pads[i]) * width_ * height_), width_ * height_, 0.0f);
     }
     // elements: as the pressure strains them, not as the shear does.
     void set_elements(const model::PadList& pads, const std::vector<model::Element>& elements) override {
@@ -123,10 +127,13 @@ class Shear : public Stage {
         return chain;
     }
 
-    // The material of a pad's shear.
+    // The material of a pad's shear, whose elements stand in the order in which they strain the skin.
     static Material sheared(const Material& m) {
         Material own;
-        scene::take_chain(own, scene::listed(sheared(scene::chain_of(m))));
+        std::vector<KelvinVoigt>& elements = own.elements = scene::listed(sheared(scene::chain_of(m)));
+        if (elements.size() > 1 && elements.back().viscosity == 0)
+            own.spring = elements.back().modulus, elements.pop_back();
+        if (elements.size() > 1 && m.dashpot) own.dashpot = elements.back().viscosity, elements.pop_back();
         return own;
     }
 
@@ -195,7 +202,7 @@ class Shear : public Stage {
         return states_.strains.data();
     }
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
-    size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
+    size_t state_of_sa2() const { return (sa2_.size() + stretch_.size() + carried_.size()) / pads_ * sizeof(float); }
     template <class Byte> model::StateMemory<Byte> memory(Byte* states) const {
         return {.strains = states,
                 .pressure = states + layout_.cells * layout_.planes * sizeof(float),
@@ -205,9 +212,10 @@ class Shear : public Stage {
     // Copies SA2 and the stretch of each of these pads to the caller's memory or, where Byte is const, from there.
     template <class Byte> void copy_sa2(const model::PadList& pads, Byte* states) {
         states += 2 * pads.count * state_of_axis();
-        for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
-            for (std::vector<float>* map : {&sa2_, &stretch_})
-                model::copy_state(states, map->data() + size_t(pads[i]) * width_ * height_, width_ * height_);
+        for (size_t i = 0; i < pads.count; ++i)
+            for (std::vector<float>* map : {&sa2_, &stretch_, &carried_})
+                if (!map->empty())
+                    model::copy_state(states, map->data() + size_t(pads[i]) * width_ * height_, width_ * height_);
     }
     model::ShearMaps maps(size_t pad) {
         const float* const first = strain() + pad * width_ * height_;
@@ -227,10 +235,15 @@ class Shear : public Stage {
             const double mean = z == 0 ? 1 : -std::expm1(-z) / z; // of exp(-z*t), t in 0..1
             const double late = z < 1e-3 ? 0.5 - z / 6 + z * z / 24 : (1 - mean) / z;
             const float kept = float(std::exp(-z)), before = float(dt[i] * (mean - late)), now = float(dt[i] * late);
-            float *y = sa2_.data() + size_t(pads[i]) * cells, *last = stretch_.data() + size_t(pads[i]) * cells;
+            const size_t first = size_t(pads[i]) * cells;
+            float *y = sa2_.data() + first, *last = stretch_.data() + first;
+            float* const carried = carried_.empty() ? nullptr : carried_.data() + first;
             model::stretch_of(sa2_weights_, maps(size_t(pads[i])), newest_.data());
             for (size_t k = 0; k < cells; ++k) {
-                y[k] = kept * y[k] + (before * last[k] + now * newest_[k]);
+                const float step = before * last[k] + now * newest_[k], more = carried ? step - carried[k] : step,
+                            sum = kept * y[k] + more;
+                if (carried) carried[k] = (sum - y[k]) - more;
+                y[k] = sum;
                 last[k] = newest_[k];
             }
         }
@@ -249,6 +262,7 @@ class Shear : public Stage {
     model::StretchWeights sa2_weights_{};
     double adaptation_ = 0;                     // s, of SA2; 0: none
     std::vector<float> sa2_, stretch_, newest_; // of all pads, where SA2 answers to the stretch; of one pad
+    std::vector<float> carried_;                // rounding errors of SA2, of all pads; empty with an adaptation
     std::array<std::vector<float>, 3> told_;    // the stretch's components, of all pads, once they are asked for
 };
 

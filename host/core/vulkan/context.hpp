@@ -37,8 +37,7 @@ class Context {
   public:
     Context(std::shared_ptr<const Instance>, const PhysicalDevice&); // throws Error::device
     ~Context();
-    Context(const Context&) = delete;
-    Context& operator=(const Context&) = delete;
+    Context& operator=(Context&&) = delete; // nor is it copied
 
     const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as an embedding host gives them to a SkinProgram

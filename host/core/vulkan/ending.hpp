@@ -16,8 +16,7 @@ class Use {
     explicit Use(bool allowed = true) noexcept;
     explicit Use(const std::string& device); // throws Error::device, naming the device, if the process is ending
     ~Use();
-    Use(const Use&) = delete;
-    Use& operator=(const Use&) = delete;
+    Use& operator=(Use&&) = delete; // nor is it copied
     explicit operator bool() const { return entered_; }
 
   private:

@@ -42,8 +42,7 @@ class Instance {
   public:
     explicit Instance(const Loader&, const InstanceOptions& = {});
     ~Instance();
-    Instance(const Instance&) = delete;
-    Instance& operator=(const Instance&) = delete;
+    Instance& operator=(Instance&&) = delete; // nor is it copied
 
     // Every device, best first: discrete, integrated, virtual, software.
     const std::vector<PhysicalDevice>& devices() const { return devices_; }

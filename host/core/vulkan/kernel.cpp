@@ -3,6 +3,7 @@
 
 #include "dermis/description.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -39,7 +40,7 @@ void check(VkResult result, const char* call) {
 Pipelines::~Pipelines() {
     const Use use = this->use();
     if (!use) return;
-    for (const auto& [key, pipeline] : pipelines_) destroy(pipeline);
+    for (const auto& [key, pipeline] : pipelines_) destroy(*pipeline);
 }
 
 void Pipelines::destroy(const Pipeline& p) const {
@@ -48,25 +49,36 @@ void Pipelines::destroy(const Pipeline& p) const {
     device_.calls.vkDestroyDescriptorSetLayout(device_.device, p.set_layout, device_.allocator);
 }
 
-const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t constants_bytes,
-                               const std::vector<uint32_t>& specialization) {
-    const auto [entry, fresh] = pipelines_.try_emplace({source.code, specialization});
-    Pipeline& made = entry->second;
-    if (!fresh) return made;
+void Pipelines::drop_unused() {
+    const auto unused = [](const auto& entry) { return entry.second.use_count() == 1; };
+    if (size_t(std::ranges::count_if(pipelines_, unused)) <= most_unused) return;
+    std::erase_if(pipelines_, [&](const auto& entry) {
+        if (unused(entry)) destroy(*entry.second);
+        return unused(entry);
+    });
+}
+
+std::shared_ptr<const Pipeline> Pipelines::get(const Module& source, const std::vector<uint32_t>& specialization) {
+    const auto key = std::pair(source.code, specialization);
+    if (const auto found = pipelines_.find(key); found != pipelines_.end()) return found->second;
+    drop_unused();
+    const auto own = std::make_shared<Pipeline>();
+    const auto [entry, fresh] = pipelines_.emplace(key, own);
+    Pipeline& made = *own;
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
     VkShaderModule module = VK_NULL_HANDLE;
     try {
-        std::vector<VkDescriptorSetLayoutBinding> slots(bindings);
-        for (uint32_t i = 0; i < bindings; ++i)
+        std::vector<VkDescriptorSetLayoutBinding> slots(source.bindings);
+        for (uint32_t i = 0; i < source.bindings; ++i)
             slots[i] = {i, type_of(source.texels, i), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
         VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-        set_info.bindingCount = bindings;
+        set_info.bindingCount = source.bindings;
         set_info.pBindings = slots.data();
         check_made(vk.vkCreateDescriptorSetLayout(device, &set_info, device_.allocator, &made.set_layout),
                    "vkCreateDescriptorSetLayout", made.set_layout);
 
-        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes};
+        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, source.constants_bytes};
         VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
         layout_info.setLayoutCount = 1;
         layout_info.pSetLayouts = &made.set_layout;
@@ -103,19 +115,19 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
     }
     vk.vkDestroyShaderModule(device, module, device_.allocator);
     fresh_ = true;
-    return made;
+    return own;
 }
 
-Kernel::Kernel(Pipelines& pipelines, const Module& module, const KernelOptions& options)
-    : pipelines_(pipelines), constants_bytes_(options.constants_bytes), texels_(module.texels),
-      pipeline_(pipelines.get(module, options.bindings, options.constants_bytes, options.specialization)) {
+Kernel::Kernel(Pipelines& pipelines, const Module& module, const std::vector<uint32_t>& specialization,
+               uint32_t max_sets)
+    : pipelines_(pipelines), constants_bytes_(module.constants_bytes), texels_(module.texels),
+      pipeline_(pipelines.get(module, specialization)) {
     const DeviceTable& table = pipelines.device();
     const uint32_t texels = uint32_t(std::popcount(texels_));
-    const VkDescriptorPoolSize sizes[] = {
-        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (options.bindings - texels) * options.max_sets},
-        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, texels * options.max_sets}};
+    const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (module.bindings - texels) * max_sets},
+                                          {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, texels * max_sets}};
     VkDescriptorPoolCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-    info.maxSets = options.max_sets;
+    info.maxSets = max_sets;
     info.poolSizeCount = texels > 0 ? 2 : 1;
     info.pPoolSizes = sizes;
     check(table.calls.vkCreateDescriptorPool(table.device, &info, table.allocator, &pool_), "vkCreateDescriptorPool");
@@ -145,7 +157,7 @@ void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
     VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
     allocation.descriptorPool = pool_;
     allocation.descriptorSetCount = 1;
-    allocation.pSetLayouts = &pipeline_.set_layout;
+    allocation.pSetLayouts = &pipeline_->set_layout;
     if (!set) check(table.calls.vkAllocateDescriptorSets(table.device, &allocation, &set), "vkAllocateDescriptorSets");
     std::vector<VkDescriptorBufferInfo> ranges;
     for (const BoundRange& b : bound) ranges.push_back({b.range.buffer, b.range.offset, b.range.bytes});
@@ -176,10 +188,10 @@ void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
 void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x, uint32_t y,
                     uint32_t z) const noexcept {
     const VolkDeviceTable& vk = pipelines_.device().calls;
-    vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.pipeline);
-    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.layout, 0, 1, &sets_[set], 0,
+    vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline);
+    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout, 0, 1, &sets_[set], 0,
                                nullptr);
-    vk.vkCmdPushConstants(commands, pipeline_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
+    vk.vkCmdPushConstants(commands, pipeline_->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
     vk.vkCmdDispatch(commands, x, y, z);
 }
 

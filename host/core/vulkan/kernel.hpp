@@ -10,6 +10,7 @@
 
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,16 +55,15 @@ struct Pipeline {
     VkPipeline pipeline = VK_NULL_HANDLE;
 };
 
-// A cache that makes each pipeline once, because a driver may take long to make one.
+// A cache of pipelines, because a driver may take long to make one: those of kernels, and most_unused others.
 class Pipelines {
   public:
     explicit Pipelines(const DeviceTable& device) : device_(device) {}
     ~Pipelines();
-    Pipelines(const Pipelines&) = delete;
-    Pipelines& operator=(const Pipelines&) = delete;
+    Pipelines& operator=(Pipelines&&) = delete; // nor is it copied
 
-    const Pipeline& get(const Module&, uint32_t bindings, uint32_t constants_bytes,
-                        const std::vector<uint32_t>& specialization);
+    static constexpr size_t most_unused = 128;
+    std::shared_ptr<const Pipeline> get(const Module&, const std::vector<uint32_t>& specialization);
     const DeviceTable& device() const { return device_; }
     // Keeps every pipeline from being destroyed, after its device is lost.
     void abandon() { abandoned_ = true; }
@@ -75,9 +75,10 @@ class Pipelines {
 
   private:
     void destroy(const Pipeline&) const;
+    void drop_unused();
 
     const DeviceTable& device_;
-    std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
+    std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, std::shared_ptr<const Pipeline>> pipelines_;
     const simd::Process process_;
     bool abandoned_ = false, fresh_ = false;
 };
@@ -99,20 +100,13 @@ struct BoundRange {
     BufferRange range;
 };
 
-struct KernelOptions {
-    uint32_t bindings;                    // buffers 0 .. bindings - 1
-    uint32_t constants_bytes;             // of the push constants
-    std::vector<uint32_t> specialization; // constant 0, 1 ..
-    uint32_t max_sets;                    // descriptor sets
-};
-
 // A pipeline over buffers with its push constants and descriptor sets.
 class Kernel {
   public:
-    Kernel(Pipelines&, const Module&, const KernelOptions&);
+    // specialization: constant 0, 1 .. max_sets: of descriptor sets.
+    Kernel(Pipelines&, const Module&, const std::vector<uint32_t>& specialization, uint32_t max_sets);
     ~Kernel();
-    Kernel(const Kernel&) = delete;
-    Kernel& operator=(const Kernel&) = delete;
+    Kernel& operator=(Kernel&&) = delete; // nor is it copied
     // Fills a descriptor set; sets are filled in the order 0, 1 .. max_sets - 1 and have a range for every binding.
     // After a failure the same set may be filled again.
     void bind(size_t set, const std::vector<BoundRange>&);
@@ -124,9 +118,8 @@ class Kernel {
     void destroy_views(std::vector<VkBufferView>&) const;
 
     Pipelines& pipelines_;
-    uint32_t constants_bytes_;
-    uint32_t texels_; // see Module
-    Pipeline pipeline_;
+    uint32_t constants_bytes_, texels_; // see Module
+    std::shared_ptr<const Pipeline> pipeline_;
     VkDescriptorPool pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;
     std::vector<std::vector<VkBufferView>> views_; // of each set, for its texel buffers

@@ -23,21 +23,21 @@
 namespace dermis::vulkan {
 
 // maps: a bit for each binding of a map.
-#define DERMIS_MODULE(kernel, maps)                                                                                    \
+#define DERMIS_MODULE(kernel, bindings, Constants, maps)                                                               \
     Module kernel##_module(bool texels) {                                                                              \
-        if (texels) return {.code = kernel##_texels_spv, .bytes = sizeof kernel##_texels_spv, .texels = maps};         \
-        return {.code = kernel##_spv, .bytes = sizeof kernel##_spv};                                                   \
+        if (texels) return {kernel##_texels_spv, sizeof kernel##_texels_spv, bindings, sizeof(f32::Constants), maps};  \
+        return {kernel##_spv, sizeof kernel##_spv, bindings, sizeof(f32::Constants)};                                  \
     }
 constexpr uint32_t press_maps =
     1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE | 1u << PRESS_STATE_FROM;
-DERMIS_MODULE(press, press_maps)
-DERMIS_MODULE(press_signals, press_maps)
-DERMIS_MODULE(press_sites, press_maps)
-DERMIS_MODULE(reduce, 1u << REDUCE_MAP)
-DERMIS_MODULE(halve, 1u << SPREAD_FINE)
-DERMIS_MODULE(spread, 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_GAIN)
+DERMIS_MODULE(press, PRESS_BINDINGS, Constants, press_maps)
+DERMIS_MODULE(press_signals, PRESS_BINDINGS, Constants, press_maps)
+DERMIS_MODULE(press_sites, PRESS_BINDINGS, Constants, press_maps)
+DERMIS_MODULE(reduce, REDUCE_BINDINGS, ReduceConstants, 1u << REDUCE_MAP)
+DERMIS_MODULE(halve, SPREAD_BINDINGS, SpreadConstants, 1u << SPREAD_FINE)
+DERMIS_MODULE(spread, SPREAD_BINDINGS, SpreadConstants, 1u << SPREAD_FINE | 1u << SPREAD_COARSE | 1u << SPREAD_GAIN)
 #undef DERMIS_MODULE
-Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
+Module fibres_module() { return {fibres_spv, sizeof fibres_spv, FIBRES_BINDINGS, sizeof(f32::FibreDispatch)}; }
 
 std::vector<uint32_t> declare(const FloatRules& rules, const Module& module) {
     constexpr uint32_t header_words = 5, op_capability = 17, op_entry_point = 15, op_execution_mode = 16, bits = 32;

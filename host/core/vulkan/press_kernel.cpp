@@ -66,10 +66,7 @@ PressKernel::PressKernel(Pipelines& pipelines, const model::PreparedSkin& skin, 
                                                                       .work = double(numbers_of_press(variant)),
                                                                       .group_rows = group_.y})),
       kernel_(pipelines, press_module_for(pipelines.device(), variant),
-              {.bindings = PRESS_BINDINGS,
-               .constants_bytes = sizeof(f32::Constants),
-               .specialization = specialization_of(variant, group_.x, group_.y, group_.z),
-               .max_sets = max_bindings * uint32_t(windows_.size())}) {
+              specialization_of(variant, group_.x, group_.y, group_.z), max_bindings * uint32_t(windows_.size())) {
     if (variant.sites) divide(sites);
 }
 

@@ -41,6 +41,7 @@ class SpreadKernel {
         }
         pick(s, layout, fields);
         std::ranges::reverse(passes_);
+        if (weights_.empty()) weights_.push_back(0); // no range that is bound may be empty
         const VkDeviceSize most = device_.limits.maxStorageBufferRange;
         if (gain_.bytes > most)
             throw Error(Error::Code::bad_input, "receptors.depth",
@@ -50,10 +51,7 @@ class SpreadKernel {
         for (const auto& [kind, uses] : kinds_) {
             const bool halve = int(kind[SPREAD_RADIUS]) == halves;
             kernels_.try_emplace(kind, pipelines, halve ? halve_module(device_.texels) : spread_module(device_.texels),
-                                 KernelOptions{.bindings = SPREAD_BINDINGS,
-                                               .constants_bytes = sizeof(f32::SpreadConstants),
-                                               .specialization = kind,
-                                               .max_sets = max_bindings * uint32_t(uses)});
+                                 kind, max_bindings * uint32_t(uses));
         }
     }
     // Floats that presses work in, zeros at first.

@@ -138,12 +138,8 @@ class Results {
             static_cast<int*>(probe_cells_->data())[i] = p.y * plan_.skin.pitch + p.x;
         }
         Pipelines& pipelines = context.pipelines();
-        const DeviceTable& device = pipelines.device();
-        reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(device.texels),
-                                           KernelOptions{.bindings = REDUCE_BINDINGS,
-                                                         .constants_bytes = sizeof(f32::ReduceConstants),
-                                                         .specialization = {},
-                                                         .max_sets = maps * uint32_t(windows.size())});
+        reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(pipelines.device().texels), std::vector<uint32_t>(),
+                                           maps * uint32_t(windows.size()));
         size_t set = 0;
         for (int map = state0; map < maps; ++map)
             for (const RowWindow& window : windows) {
