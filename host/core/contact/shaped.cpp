@@ -138,8 +138,9 @@ ContactReport Touch::Impl::add_bed(int number, const Rest& rest, const Wrench& w
 // Presses a pad by the shapes of a body, of which these are the contacts. Returns false, and has done nothing, if no
 // shape is below a cell.
 bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own, ContactReport& report) {
-    const auto [first, last] =
-        std::ranges::equal_range(shapes.of(size_t(number)), own.front()->body, {}, &Shaped::body);
+    const std::span all = shapes.of(size_t(number)); // two searches: Clang 14 does not compile equal_range()
+    const auto first = std::ranges::lower_bound(all, own.front()->body, {}, &Shaped::body),
+               last = std::ranges::upper_bound(all, own.front()->body, {}, &Shaped::body);
     if (first == last) return false;
     const std::span shapes_of_body(first, last);
     const Pose pose = poses[size_t(number)].from_middle(shape);
