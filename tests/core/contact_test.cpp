@@ -315,6 +315,22 @@ TEST_CASE("with a stiffness depths press at the level where the elastic foundati
     }
 }
 
+TEST_CASE("the level of depths in steps is found at every force, also where a step is just about to be pressed") {
+    Random random;
+    for (int draw = 0; draw < 4000; ++draw) {
+        Buffer b(8, 1, 1e-3);
+        const double step = random.decades(-6, -2), stiffness = 1e6;
+        std::vector<double> depth;
+        for (int i = 0; i < 8; ++i) depth.push_back(i * step);
+        double force = 0; // at which the deepest cells are pressed to the depth of the next one
+        for (int i = 0, to = 1 + draw % 7; i < to; ++i) force += (to - i) * step * stiffness * 1e-6;
+        for (int away = draw % 5 - 2; away != 0; away += away > 0 ? -1 : 1)
+            force = std::nextafter(force, away > 0 ? 1.0 : 0.0);
+        const ContactReport r = add_depths(b.pad, {.depth = depth.data(), .force = force, .stiffness = stiffness});
+        REQUIRE(r.placed == relative(force, 1e-6));
+    }
+}
+
 TEST_CASE("taxels keep their force, whichever of taxel and cell is finer") {
     Random random;
     for (int trial = 0; trial < 200; ++trial) {

@@ -61,14 +61,14 @@ template <class T> double checked_depths(const DepthRows<T>& depths) {
 // Returns the level, relative to a reference, above which the depths sum up to `target`, by Newton's method. This sum
 // is a convex and piecewise linear function of the level. Each step assumes that all cells above the last level count,
 // and so never goes too high, whichever level it starts from; from the second step on cells only drop out, until none
-// does.
+// does, or rounding brings one back.
 template <class T> double level_of(const DepthRows<T>& depths, double reference, double target) {
     Excess active = above(depths, reference,
                           reference > 0 ? -reference : std::numeric_limits<double>::lowest()); // what the depths say
-    for (;;) {
+    for (bool first = true;; first = false) {
         const double level = (active.sum - target) / double(active.cells);
         const Excess next = above(depths, reference, level);
-        if (next.cells == active.cells) return level;
+        if (next.cells == active.cells || (!first && next.cells > active.cells)) return level;
         active = next;
     }
 }
