@@ -249,6 +249,19 @@ TEST_CASE(
     CHECK(b.force() == relative(0.8, 1e-6));
 }
 
+TEST_CASE("a direction as short as doubles can be, or almost along the pad, leaves finite tractions") {
+    Buffer b(16, 16);
+    std::vector<float> x(256), y(256);
+    b.pad.shear_x = x.data(), b.pad.shear_y = y.data();
+    for (const std::array<double, 3>& direction :
+         {std::array{1e-310, 0.0, -1e-310}, std::array{5e-324, 0.0, 0.0}, std::array{1.0, 0.0, -1e-310}}) {
+        const WorldContact c{.position = {2e-3, 2e-3, 0}, .force = 1, .radius = 1e-3, .direction = direction};
+        const ContactReport r = add_contacts(b.pad, Pose(), 1e-3, {c});
+        CHECK(std::isfinite(r.shear[0]));
+        for (size_t i = 0; i < 256; ++i) REQUIRE(std::isfinite(x[i] + y[i] + b.pressure[i]));
+    }
+}
+
 TEST_CASE("a pose is the same from a matrix, a quaternion, and the middle of a pad") {
     // A quarter turn about z: the pad's x axis is the world's y axis.
     const double position[] = {1, 2, 3}, matrix[] = {0, -1, 0, 1, 0, 0, 0, 0, 1}, quaternion[] = {3, 0, 0, 3};

@@ -171,6 +171,28 @@ TEST_CASE("The image of a wedge presses a strip: width^2 = 2*F/(k*L*tan(angle))"
     CHECK(touch.report(0).placed == relative(force, 1e-6));
 }
 
+TEST_CASE("An image without gaps is clipped if its cells above 0 cannot carry the force, however few they are") {
+    const double spacing = 1.5e-3, deep = 1e-3;
+    for (const int side : {1, 2, 3, 5})
+        for (const double part : {0.01, 0.5, 0.99, 1.01, 2.0}) { // of the force that presses them to a depth of 0
+            std::vector<float> depth(16 * 16);
+            for (int i = 0; i < side * side; ++i) depth[size_t((5 + i / side) * 16 + 5 + i % side)] = float(deep);
+            const Vector push = {0, 0, -part * side * side * deep * stiffness * spacing * spacing};
+            Touch touch({.width = 16, .height = 16, .spacing = spacing}, 1, 1e-3, false, {stiffness});
+            CHECK(touch.add({.depth = depth.data(), .force = push.data()}).clipped == (part > 1));
+        }
+}
+
+TEST_CASE("An image whose force is almost along the pad leaves finite tractions") {
+    Touch touch({.width = 16, .height = 16, .spacing = 1.5e-3}, 1, 1e-3, true, {stiffness});
+    std::vector<float> depth(16 * 16);
+    for (size_t i = 0; i < 100; ++i) depth[i] = 1e-3f;
+    for (const Vector& push : {Vector{0.1, 0, -1e-45}, Vector{0.1, 1, -1}}) {
+        touch.add({.depth = depth.data(), .force = push.data()});
+        for (int i = 0; i < 512; ++i) REQUIRE(std::isfinite(touch.traction()[i]));
+    }
+}
+
 TEST_CASE("A level at which a cell is just about to be pressed is found, whichever way it is rounded to a float") {
     const Pad pair{.width = 2, .height = 1, .spacing = 1e-3};
     Touch touch(pair, 1, 1e-3, false, {stiffness});
@@ -278,7 +300,7 @@ TEST_CASE("Forces and sizes of any order keep the force, and no pressure is infi
     Random random;
     for (int draw = 0; draw < 2000; ++draw) {
         const double spacing = random.decades(-6, -1), radius = draw % 2 ? random.decades(1, 3) * 12 * spacing : 0;
-        Grip s(12, 9, spacing, {random.decades(-6, 30), {}}, radius);
+        Grip s(12, 9, spacing, {random.decades(-6, 30), {}}, radius, true);
         const auto kind = Body::Kind(draw % 6);
         const int used[] = {1, 2, 3, 0, 2, 3};
         Vector size{}, at = {random.within(-8, 8) * spacing, random.within(-8, 8) * spacing, 0};
@@ -290,14 +312,48 @@ TEST_CASE("Forces and sizes of any order keep the force, and no pressure is infi
         if (kind == Body::Kind::plane) turn.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
         s.shape(kind, size, at, turn.rotation);
         const double force = std::min(random.decades(-30, 9), 1e36 * spacing * spacing);
-        s.push({at[0], at[1], 0}, {0, 0, -force});
+        const double moment = draw % 5 < 2 ? std::min(random.decades(-6, 9) * force * spacing, 1e12) : 0;
+        s.push({at[0], at[1], 0}, {0, 0, -force}, 0, {moment, random.within(-1, 1) * moment, moment});
         const ContactReport& r = s.press();
-        double sum = 0;
-        for (int i = 0; i < s.cells(); ++i) sum += s.touch.pressure()[i];
-        CHECK(std::isfinite(sum));
+        const auto finite = [](float x) { return std::isfinite(x); };
+        CHECK(std::all_of(s.touch.pressure(), s.touch.pressure() + s.cells(), finite));
+        CHECK(std::all_of(s.touch.traction(), s.touch.traction() + 2 * s.cells(), finite));
         CHECK(r.asked == relative(r.placed + r.outside + r.sideways, 1e-5));
         CHECK(r.centre_off >= 0);
     }
+}
+
+// The tractions' sums along x and y, N.
+std::array<double, 2> dragged(const Grip& s) {
+    const float* x = s.touch.traction();
+    const double area = s.touch.shape().spacing * s.touch.shape().spacing;
+    return {std::accumulate(x, x + s.cells(), 0.0) * area,
+            std::accumulate(x + s.cells(), x + 2 * s.cells(), 0.0) * area};
+}
+
+TEST_CASE("A tilted plane that meets a pad at its corner or border presses and drags it with the contact's force") {
+    for (const double k : {stiffness, 1e9})
+        for (double force = 1e-8; force < 20; force *= std::sqrt(10))
+            for (double tilt = 0.05; tilt < 1.04; tilt += 0.05)
+                for (const double turn : {0.0, 0.3, 0.785}) {
+                    CAPTURE(k);
+                    CAPTURE(force);
+                    CAPTURE(tilt);
+                    CAPTURE(turn);
+                    const double c = std::cos(tilt), s = std::sin(tilt), cx = std::cos(turn), cy = std::sin(turn);
+                    const Vector normal = {-s * cx, -s * cy, -c};
+                    Grip grip(24, 24, 5e-4, {k}, 0, true);
+                    const Vector at = {6e-3, turn > 0 ? 6e-3 : 0, -1e-5};
+                    grip.shape(Body::Kind::plane, {}, at,
+                               {c * cx, cy, normal[0], c * cy, -cx, normal[1], -s, 0, normal[2]});
+                    grip.push({at[0], at[1], 0}, {force * normal[0], force * normal[1], force * normal[2]});
+                    const ContactReport& r = grip.press();
+                    REQUIRE(r.placed == relative(force * c, 1e-5));
+                    for (size_t axis = 0; axis < 2; ++axis) {
+                        REQUIRE(dragged(grip)[axis] == absolute(force * normal[axis], 1e-3 * force));
+                        REQUIRE(r.shear[axis] == absolute(force * normal[axis], 1e-3 * force));
+                    }
+                }
 }
 
 TEST_CASE("A body that is below no cell, and one without shapes, press by a patch of two cells") {
@@ -492,9 +548,7 @@ TEST_CASE("If memory fails for the shapes of a call, or for images, the pressure
     }
 }
 
-#ifdef DERMIS_X86_64
 TEST_CASE("Loops over cells have the same bits with every instruction set") {
-    if (!__builtin_cpu_supports("avx2")) return;
     Random random;
     for (int draw = 0; draw < 200; ++draw) {
         const int width = 1 + int(random.bits() % 40), height = 1 + int(random.bits() % 90),
@@ -539,7 +593,19 @@ TEST_CASE("Loops over cells have the same bits with every instruction set") {
             keep(deep.data(), deep.size() * sizeof(double)), keep(&sums, sizeof sums);
             return bytes;
         };
-        CHECK(run(plain_loops) == run(avx2_loops));
+        CHECK(run(plain_loops) == run(loops()));
     }
 }
-#endif
+
+TEST_CASE("Loops name every cell that a number which is none has reached, so that it is taken away") {
+    for (const CellLoops* l : {&plain_loops, &loops()}) {
+        const std::vector<float> pressure = {0, 0, 0, NAN, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0};
+        std::vector<float> pad(16), x(16), y(16);
+        const Gained g = l->add({8, 2, 8, 8, pressure.data(), 1, pad.data(), x.data(), y.data(), INFINITY, NAN, 0});
+        CHECK(g.left == 2);
+        CHECK(g.right == 3);
+        CHECK(g.top == 0);
+        CHECK(g.bottom == 1);
+        for (size_t i = 0; i < 16; ++i) CHECK(std::isfinite(x[i] + y[i]) == (pressure[i] == 0));
+    }
+}

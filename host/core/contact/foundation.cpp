@@ -108,7 +108,8 @@ class Tilts {
         }
         return s;
     }
-    // A step of Newton's, halved until the value falls, or is as good as before but for rounding.
+    // A step of Newton's, halved until cells carry the force and the value falls, or is as good as before but for
+    // rounding.
     State better(const State& s) const {
         const auto& g = s.gradient;
         const double l1 = s.nx / s.sums.n, l2 = s.ny / s.sums.n; // the matrix as L*D*transposed L
@@ -118,7 +119,9 @@ class Tilts {
         const double slope = g[0] * level + g[1] * x + g[2] * y, rounding = 1e-6 * force_ * mean_;
         for (double part = 1;; part *= 0.5) {
             const State next = at({s.u[0] + part * level, s.u[1] + part * x, s.u[2] + part * y});
-            if (next.value <= s.value + 1e-4 * part * slope + rounding || part < 1e-5) return next;
+            const bool falls = next.value <= s.value + 1e-4 * part * slope + rounding, last = part < 1e-5;
+            if (next.sums.e > 0.1 * force_ && (falls || last)) return next;
+            if (last) return s;
         }
     }
 

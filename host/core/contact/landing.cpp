@@ -121,7 +121,8 @@ std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach
     const Foot foot = foot_of(pad, turned(pose, place));
     const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
     const Vector d = turned(pose, c.direction);
-    const double inward = length == 0 ? 1 : std::min(1.0, -dot(d, foot.normal) / length);
+    const bool straight = length < 1e-250; // of a shorter one the quotient below may be infinite
+    const double inward = straight ? 1 : std::min(1.0, -dot(d, foot.normal) / length);
     const bool distant = std::abs(foot.above) > reach, away = inward <= facing;
     if (distant || away) {
         report.too_far += distant;
@@ -130,7 +131,7 @@ std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach
         report.outside += c.force;
         return {};
     }
-    const double size = length == 0 ? 0 : c.force / length;
+    const double size = straight ? 0 : c.force / length;
     return Landing{{foot.x, foot.y, c.force * inward, c.radius, c.area},
                    c.force,
                    size * dot(d, foot.along_x),
@@ -140,10 +141,8 @@ std::optional<Landing> landing_of(const Pad& pad, const Pose& pose, double reach
 
 void add(const Pad& pad, const Landing& l, const Tile& tile, const CellPress& press, ContactReport& report) {
     const double force = l.patch.force;
-    // A component into the pad may be too small for a double.
-    const auto of_pressure = [&](double along) { return force > 0 ? along / force : 0; };
     const double share = spread(pad, disc_of(pad, l.patch), force / (pad.spacing * pad.spacing), tile,
-                                press.dragging(of_pressure(l.along_x), of_pressure(l.along_y)), report);
+                                press.dragging(drag_of(l.along_x / force), drag_of(l.along_y / force)), report);
     const double own = pad.tiled ? share : 1; // the rest is asked of the neighbours
     report.asked += own * l.whole;
     report.outside += (own - share) * force;

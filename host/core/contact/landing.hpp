@@ -57,6 +57,9 @@ Disc disc_of(const Pad&, const Contact& patch); // in units of cells
 std::optional<Landing> landing_of(const Pad&, const Pose&, double reach, const WorldContact&, ContactReport&,
                                   double facing = 0);
 
+// A traction for each Pa of pressure. Beyond what floats hold, as of a force that is almost along the surface, it is 0.
+inline double drag_of(double traction) { return std::abs(traction) <= 1e30 ? traction : 0; }
+
 void add(const Pad&, const Landing&, const Tile&, const CellPress&, ContactReport&);
 
 // Presses a checked pad by its contacts. land(i, report): the landing of contact i, or nothing.

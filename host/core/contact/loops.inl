@@ -316,13 +316,15 @@ Gained add(const AddedRows& r) {
                             before = part_of(r.to + at, n), after = before + p;
                 put(r.to + at, after, n);
                 pressed += p, px += p * x, placed += after - before;
-                const Mask8 here = p > 0;
+                const Mask8 here = p != 0;
                 any |= here;
                 greatest = (here & (after > greatest)) ? after : greatest;
                 cells += where(here & (before == 0) & (after != 0), Eight{1, 1, 1, 1, 1, 1, 1, 1});
                 low = (here & (x < low)) ? x : low, high = (here & (x > high)) ? x : high;
-                if (r.shear_x) put(r.shear_x + at, part_of(r.shear_x + at, n) + p * (r.drag_x - r.twist * float(j)), n);
-                if (r.shear_y) put(r.shear_y + at, part_of(r.shear_y + at, n) + p * (r.drag_y + r.twist * x), n);
+                const auto drag = [&](float* map, auto by) {
+                    if (map) put(map + at, part_of(map + at, n) + where(here, p * by), n);
+                };
+                drag(r.shear_x, r.drag_x - r.twist * float(j)), drag(r.shear_y, r.drag_y + r.twist * x);
             }
             all.add(pressed), all_x.add(px), all_y.add(pressed * float(j)), all_placed.add(placed);
             int some = 0;

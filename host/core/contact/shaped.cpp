@@ -119,10 +119,12 @@ ContactReport Touch::Impl::add_bed(int number, const Rest& rest, const Wrench& w
         y = (rest.y + 0.5 * bed.height - bed.top) * spacing;
     const double off_x = x - 0.5 * shape.width * spacing, off_y = y - 0.5 * shape.height * spacing;
     const double torsion = w.torsion - (off_x * w.along_y - off_y * w.along_x);
-    const double twist = round > 0 ? torsion / (w.force * round) : 0;
+    // One cell carries no torsion: its spread is rounding.
+    const double twist = round > 0.01 * area ? drag_of(torsion / (w.force * round)) : 0;
     const double corner_x = w.along_x / w.force + twist * y, corner_y = w.along_y / w.force - twist * x; // at x = y = 0
     ContactReport report{.asked = w.whole, .sideways = w.whole - w.force, .by_body = 1, .tilted = rest.bound};
-    const double drag_x = corner_x - twist * 0.5 * spacing, drag_y = corner_y + twist * 0.5 * spacing; // of cell (0, 0)
+    const double drag_x = drag_of(corner_x - twist * 0.5 * spacing), // of cell (0, 0)
+        drag_y = drag_of(corner_y + twist * 0.5 * spacing);
     const Gained own = loops().add({shape.width, shape.height, size_t(shape.width), bed.pitch,
                                     bed.pressure.data() + bed.number(0, 0), float(rest.scale), on.pressure, on.shear_x,
                                     on.shear_y, float(drag_x), float(drag_y), float(twist * spacing)});
@@ -220,12 +222,14 @@ ContactReport Touch::Impl::press_by_image(int number, bool gaps) {
     }
     Wrench w{.force = -z, .whole = whole, .along_x = x, .along_y = y};
     const double area = shape.spacing * shape.spacing;
-    const Rest rest = press(bed, {w.force, area, asked_of(w.force, area, source.stiffness)});
+    const double asked = asked_of(w.force, area, source.stiffness);
+    bed.level = level_of(bed, asked);
+    const Rest rest = press(bed, {w.force, area, asked});
     w.torsion = shape.spacing * (rest.x * y - rest.y * x); // about the pad's middle: none about the pressure's
     ContactReport report = add_bed(number, rest, w);
     report.by_body = 0;
     report.level = bed.deepest - rest.level;
-    report.clipped = !gaps && report.level < 0;
+    report.clipped = !gaps && bed.level > bed.deepest;
     return report;
 }
 
