@@ -51,7 +51,9 @@ struct Grip {
                 .kind = kinds.data(),
                 .size = sizes.data(),
                 .position = places.data(),
-                .rotation = turns.data()};
+                .rotation = turns.data(),
+                .faces = faces.data(),
+                .face_count = faces.size() / 4};
     }
     const ContactReport& press() { return touch.add({origin.data(), upright.data()}, contacts(), shapes()); }
     double of(int x, int y) const { return touch.pressure()[y * touch.shape().width + x]; }
@@ -74,7 +76,7 @@ struct Grip {
     static constexpr Vector origin = {0, 0, 0};
     Touch touch;
     std::vector<int32_t> kinds, bodies, pads, named, on;
-    std::vector<double> sizes, places, turns, points, forces, torques;
+    std::vector<double> sizes, places, turns, points, forces, torques, faces;
 };
 
 } // namespace
@@ -454,6 +456,33 @@ TEST_CASE("A hull of the faces of a box has the box's depths, and a prism of 48 
     prism[1] = 0.5;
     CHECK_THROWS_AS(fill_depths(on.pad, at, {Body::Kind::hull, {}, lying, prism.data(), 50}, sided.data()),
                     dermis::Error);
+}
+
+TEST_CASE("A box presses as the hull of its faces does, thin as a blade or thick, wherever the hull's frame is in it") {
+    Random random;
+    for (int draw = 0; draw < 200; ++draw) {
+        const double spacing = 5e-4, turn = random.within(0, 3), x = random.within(-1, 1) * spacing, z = 2e-3;
+        const Vector half = {random.decades(-1.3, 1) * spacing, 4e-3, 2e-3}, at = {x, 0, z};
+        const std::array<double, 9> axes = {
+            std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn), 0, 0, 0, 1};
+        const double off = draw % 2 ? random.within(-3, 3) * half[2] : 0; // of the hull's frame along its z
+        Grip box(24, 24, spacing), hull(24, 24, spacing);
+        box.shape(Body::Kind::box, half, at, axes);
+        hull.shape(Body::Kind::hull, {6, 0, 0}, {x, 0, z - off}, axes);
+        for (int k = 0; k < 3; ++k)
+            for (const double side : {-1.0, 1.0}) {
+                std::array<double, 4> face = {0, 0, 0, half[size_t(k)] + (k == 2 ? side * off : 0)};
+                face[size_t(k)] = side;
+                hull.faces.insert(hull.faces.end(), face.begin(), face.end());
+            }
+        for (Grip* s : {&box, &hull}) s->push({x, 0, 0}, {0, 0, -1});
+        REQUIRE(box.press().by_body == 1);
+        REQUIRE(hull.press().by_body == 1);
+        const auto list = [](const Grip& s) {
+            return std::vector<float>(s.touch.pressure(), s.touch.pressure() + 576);
+        };
+        REQUIRE(difference(list(hull), list(box)) <= 1e-4);
+    }
 }
 
 TEST_CASE("Pads of a batch have the pressures of single pads, and contacts split in two those of one") {

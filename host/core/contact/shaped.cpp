@@ -12,6 +12,23 @@ bool has_outline(const Body& b) {
     return b.kind == Body::Kind::box || b.kind == Body::Kind::cylinder || b.kind == Body::Kind::hull;
 }
 
+// Whether no ball of this radius, m, is in a body with an outline. In a hull one is looked for: from the middle of its
+// frame the ball leaves the face that it pierces most, again and again.
+bool is_thin(const Body& b, double radius) {
+    if (b.kind != Body::Kind::hull)
+        return std::ranges::any_of(b.size, [&](double size) { return size > 0 && size < radius; });
+    Vector middle{};
+    for (int step = 0; step < 100; ++step) {
+        const double* worst = nullptr;
+        double most = 0;
+        for (const double* f = b.faces; f < b.faces + 4 * b.face_count; f += 4)
+            if (const double out = dot({f[0], f[1], f[2]}, middle) + radius - f[3]; out > most) worst = f, most = out;
+        if (!worst) return false;
+        for (size_t k = 0; k < 3; ++k) middle[k] -= 1.5 * most * worst[k]; // by more, so that it ends inside
+    }
+    return true;
+}
+
 // Whether a body with an outline is below all places of cells of a flat pad: its shadow is convex, so that the corners
 // tell it.
 bool covers(Laid& l, const Region& r) {
@@ -45,8 +62,7 @@ bool Touch::Impl::lay(std::span<const Shaped* const> own, const Pose& pose, bool
         laid.emplace_back(s->shape, shape, pose);
         const Body& added = laid.back().shape;
         outlines = outlines || has_outline(added);
-        thin = thin || (has_outline(added) &&
-                        std::ranges::any_of(added.size, [&](double size) { return size > 0 && size < shape.spacing; }));
+        thin = thin || (has_outline(added) && is_thin(added, shape.spacing));
         if (!all.empty())
             laid.back().lines.deepen(added, all.block(bed.pitch),
                                      &bed.deep[bed.number(all.columns.first, all.rows.first)]);
