@@ -53,6 +53,7 @@ double press_area(const Pad& pad, const Interval& columns, const Interval& rows,
         const double of_row = even * rows.overlap(y, y + 1);
         for (int x = on_x.first; x <= on_x.last; ++x) press(x, y, of_row * columns.overlap(x, x + 1));
     }
+    if (columns.cells.empty() || rows.cells.empty()) return 0;
     return columns.overlap(0, pad.width) / columns.size() * (rows.overlap(0, pad.height) / rows.size());
 }
 

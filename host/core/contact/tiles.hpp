@@ -18,6 +18,7 @@ inline size_t row_at(const Pad& pad, int y) { return size_t(y) * (pad.pitch ? pa
 struct CellSpan {
     int first, last;
     bool has(double cell) const { return cell >= first && cell <= last; }
+    bool empty() const { return first > last; }
 };
 
 inline CellSpan common(CellSpan a, CellSpan b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }

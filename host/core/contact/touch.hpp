@@ -60,7 +60,7 @@ struct Laid {
 struct Region {
     CellSpan columns, rows;
 
-    bool empty() const { return columns.first > columns.last || rows.first > rows.last; }
+    bool empty() const { return columns.empty() || rows.empty(); }
     void add(int x, int y) {
         columns = {std::min(columns.first, x), std::max(columns.last, x)};
         rows = {std::min(rows.first, y), std::max(rows.last, y)};
