@@ -94,7 +94,7 @@ struct DERMIS_API ContactReport {
     int beside = 0;      // contacts and taxels with a force that are wholly beside the pad
     int too_far = 0;     // contacts with a force farther from the pad's surface than `reach`
     int turned_away = 0; // contacts whose force does not push into the pad
-    double level = 0;    // m: the depth from which add_depths() presses, with a stiffness, or DepthImages; else 0
+    double level = 0; // m: the depth from which add_depths() with a stiffness, or images in report(pad), press; else 0
     // Of a Touch whose contacts name bodies with shapes:
     int by_body = 0;       // bodies that press by their shape
     int by_patch = 0;      // contacts of a body that is below no cell: they press by their patch
@@ -155,7 +155,7 @@ struct DERMIS_API Pose {
 
     // As in MuJoCo's site_xpos and site_xmat, or geom_xpos and geom_xmat.
     static Pose from_matrix(Reals position, Reals rotation);
-    // quaternion: w, x, y, z, of any length but 0.
+    // quaternion: w, x, y, z, of a length of 1e-150..1e150.
     static Pose from_quaternion(Reals position, Reals quaternion);
     // This frame, moved from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
     Pose from_middle(const Pad&) const;
@@ -169,7 +169,7 @@ struct WorldContact {
     std::array<double, 3> position = {0, 0, 0};  // m
     double force = 0;                            // N, >= 0
     double radius = 0, area = 0;                 // as in Contact
-    std::array<double, 3> direction = {0, 0, 0}; // -1e6..1e6
+    std::array<double, 3> direction = {0, 0, 0}; // -1e6..1e6; shorter than 1e-250: as 0
 };
 
 // Adds contacts in the world. Each is projected onto the pad's surface along its normal, if it is at most `reach`
@@ -197,7 +197,7 @@ struct Body {
 
 // Writes to each cell how deep a body reaches below the pad's surface, along the surface's normal there, m: what
 // DepthMap::depth takes. A gap is negative; where the body is neither above nor below a cell the depth is -1e6. What is
-// deeper than a radius of the pad is on its other side, and counts as if it were not there. depth: the caller's array,
+// deeper than a radius of the pad, or higher above it, counts as if it were not there. depth: the caller's array,
 // depth[y*pitch + x]. pitch: floats from row to row, >= width; 0: width. The pad's pressure is not touched.
 DERMIS_API void fill_depths(const Pad&, const Pose&, const Body&, float* depth, std::size_t pitch = 0);
 
@@ -212,7 +212,7 @@ DERMIS_API double skin_stiffness(const Material&);
 // How deep something sinks into each cell, and the force with which it does: an elastic foundation. A negative depth is
 // a gap.
 struct DepthMap {
-    Reals depth;           // m, finite; depth[y*pitch + x] is the depth of cell (x, y)
+    Reals depth;           // m, -1e6..1e6; depth[y*pitch + x] is the depth of cell (x, y)
     double force = 0;      // N, >= 0
     double stiffness = 0;  // Pa per m, 0 or 1e-6..1e30
     std::size_t pitch = 0; // numbers from row to row, >= width; 0: width

@@ -370,7 +370,7 @@ typedef struct dermis_pose {
     double position[3]; // m, -1e6..1e6: the outer corner of cell (0, 0)
     double rotation[9]; // row-major, right to 1e-3; its columns are the pad's axes in the world
 } dermis_pose;
-// quaternion: w, x, y, z, of any length but 0.
+// quaternion: w, x, y, z, of a length of 1e-150..1e150.
 DERMIS_API dermis_status dermis_pose_from_quaternion(const double* position, const double* quaternion,
                                                      dermis_pose* pose);
 // Moves a pose from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
@@ -417,7 +417,7 @@ DERMIS_API dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const
 // How deep something sinks into each cell, and the force with which it does. A negative depth is a gap.
 typedef struct dermis_depths {
     size_t size;        // sizeof(dermis_depths)
-    const float* depth; // m, finite; depth[y*pitch + x] is the depth of cell (x, y)
+    const float* depth; // m, -1e6..1e6; depth[y*pitch + x] is the depth of cell (x, y)
     size_t pitch;       // floats from row to row, >= width; 0: width
     double force;       // N, finite, >= 0
     double stiffness;   // Pa per m, 1e-6..1e30, or 0: pressure is in proportion to depth
@@ -469,9 +469,9 @@ typedef struct dermis_contacts {
     const int32_t* pad;     // which pad the force presses, in any order
     const double* position; // m, in the world, -1e6..1e6: three numbers
     const double* force;    // N, in the world, -1e12..1e12: three numbers, the force on the pad; 0 is no contact
-    const double* radius; // m, of the patch, 0..1e6. NULL: Hertz's, by ball and modulus, a radius of two cells or more
-    const double* ball;   // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
-    double modulus;       // Pa, > 0; 0 beside radius
+    const double* radius;   // m, of the patch, 0..1e6. NULL: Hertz's, by ball and modulus, if above two cells; else two
+    const double* ball;     // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
+    double modulus;         // Pa, > 0; 0 beside radius
     size_t pad_step, position_step, force_step, radius_step, ball_step; // usually 1, 3, 3, 1, 1
     const int32_t* body;  // of dermis_touch_add_shapes: the body of each contact, 0 or more, or -1. NULL: all -1
     size_t body_step;     // usually 1

@@ -32,7 +32,7 @@ struct Contacts {
     Reals position;                    // m, in the world, -1e6..1e6: three numbers
     Reals force;        // N, in the world, -1e12..1e12: three numbers, the force on the pad. A force of 0 is no contact
     Reals radius;       // m, of the patch, 0..1e6. Null: Hertz's, by `ball` and `modulus` and the component into the
-                        // pad, but at least a radius of two cells
+                        // pad, but at least a radius of two cells; these where there is no `ball` beside `body`
     Reals ball;         // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. Null beside `radius`
     double modulus = 0; // Pa, > 0, as hertz_radius() takes it. 0 beside `radius`
     // Which body presses, any number from 0 on; -1: none that is known. Null: all -1. A body with shapes presses by
@@ -46,7 +46,7 @@ struct Contacts {
 };
 
 // What bodies look like, in the world: many shapes of one number are one rigid body. The numbers of shape i begin
-// i*step behind the first ones. A shape presses where contacts name its pad and its body, and nothing else.
+// i*step behind the first ones. A shape presses where contacts name its pad, which is not tiled, and its body.
 struct Shapes {
     std::size_t count = 0;                              // at most 2147483647
     const std::int32_t *pad = nullptr, *body = nullptr; // the pad below which it is, and its body, 0 or more
@@ -61,7 +61,7 @@ struct Shapes {
 // How deep something sinks into the cells of each pad, as tactile sensors of simulators have it, and the force with
 // which it does. The numbers of pad i begin i*step behind the first ones.
 struct DepthImages {
-    Reals depth; // m, finite: height*width numbers, row 0 first; deeper is greater
+    Reals depth; // m, -1e6..1e6: height*width numbers, row 0 first; deeper is greater
     Reals force; // N, -1e12..1e12: three numbers, the force on the pad in the pad's own frame, of which -z presses
     // Whether a depth below 0 is a gap that may close. false: where nothing penetrates the image stops at 0 or below,
     // and nothing is known of what is there.

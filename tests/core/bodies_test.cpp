@@ -190,7 +190,7 @@ TEST_CASE("A body that is none is refused by its number, before a depth is writt
           "body.size[0] = 0; allowed: above 0, at most 1e6");
     CHECK(refused({Body::Kind::sphere, {1, 1, 0}, {}}, depth.data(), 0) == "body.size[1] = 1; allowed: 0");
     CHECK(refused({Body::Kind::box, {1, 1, NAN}, {}}, depth.data(), 0).find("body.size[2] = ") == 0);
-    CHECK(refused({Body::Kind::plane, {0, 0, 0}, {{0, 2e6, 0}}}, depth.data(), 0).find("pose.position = ") == 0);
+    CHECK(refused({Body::Kind::plane, {0, 0, 0}, {{0, 2e6, 0}}}, depth.data(), 0).find("body.position = ") == 0);
     CHECK(refused({Body::Kind::sphere, {1, 0, 0}, {}}, nullptr, 0) == "depth = null; allowed: an address");
     CHECK(refused({Body::Kind::sphere, {1, 0, 0}, {}}, depth.data(), 3).find("pitch = 3") == 0);
     CHECK_THROWS_WITH(foundation_stiffness(0, 8e-3, 1e5), "force = 0; allowed: a finite number > 0");

@@ -399,6 +399,20 @@ TEST_CASE("a taxel presses the cells below it evenly, at its pressure; what over
     CHECK(moved.force() == relative(r.placed, 1e-6));
 }
 
+TEST_CASE("a taxel that ends on the pad's border is beside the pad, however its place is rounded") {
+    Random random;
+    for (int draw = 0; draw < 2000; ++draw) {
+        const double spacing = random.decades(-5, -2), width = random.decades(-1, 1) * spacing;
+        Buffer b(12, 8, spacing);
+        const std::vector<float> values(6, 1.0f);
+        TaxelReadings t = taxels_of(values, 3, 2, width, width);
+        t.x = draw % 2 ? -3 * width : 12 * spacing, t.y = spacing;
+        const ContactReport r = add_taxels(b.pad, t);
+        CHECK(r.beside == 6);
+        CHECK(r.outside == 6);
+    }
+}
+
 TEST_CASE("rows of a buffer may lie farther apart, and what lies between them is not touched") {
     Random random;
     Buffer dense(31, 17), wide(40, 17);
@@ -428,7 +442,7 @@ TEST_CASE("depths and taxels in double press with the bits of the same numbers i
     add_depths(other.pad, map), add_taxels(other.pad, taxels);
     CHECK(b.pressure == other.pressure);
     of_depth[33] = std::numeric_limits<double>::infinity(), of_values[4] = -1e-300;
-    CHECK(refusal(b, [&] { add_depths(b.pad, map); }) == "depths.depth[2, 1] = inf; allowed: a finite number");
+    CHECK(refusal(b, [&] { add_depths(b.pad, map); }) == "depths.depth[2, 1] = inf; allowed: -1e6..1e6");
     CHECK(refusal(b, [&] { add_taxels(b.pad, taxels); }) ==
           "taxels.values[4] = -1e-300; allowed: a finite number >= 0");
     of_depth.assign(of_depth.size(), 0), of_depth[5] = 1e-308, of_values[4] = 1e39; // pressures beyond float
@@ -521,7 +535,7 @@ TEST_CASE("a bad argument is refused with its name, value and range, and nothing
     CHECK(world_with(0, [](Pose& p, WorldContact&) { p.rotation[8] = -1; }) ==
           "pose.rotation = a matrix of determinant -1; allowed: a rotation: determinant 1");
     const double zero[4] = {0, 0, 0, 0};
-    CHECK(refusal(b, [&] { Pose::from_quaternion(zero, zero); }) == "|quaternion|^2 = 0; allowed: a finite number > 0");
+    CHECK(refusal(b, [&] { Pose::from_quaternion(zero, zero); }) == "|quaternion|^2 = 0; allowed: 1e-300..1e300");
 
     std::vector<float> depth(64, 1e-3f);
     CHECK(refusal(b, [&] { add_depths(b.pad, DepthMap()); }) == "depths.depth = null; allowed: an address");
@@ -529,7 +543,7 @@ TEST_CASE("a bad argument is refused with its name, value and range, and nothing
           "depths.force = -2; allowed: a finite number >= 0");
     depth[8 * 5 + 3] = nan;
     CHECK(refusal(b, [&] { add_depths(b.pad, depths_of(depth, 1)); }) ==
-          "depths.depth[3, 5] = nan; allowed: a finite number");
+          "depths.depth[3, 5] = nan; allowed: -1e6..1e6");
     // The pad's memory is written while depths and taxels are read.
     const char* apart = " = memory of the pad; allowed: memory beside the pad's pressure, shear_x and shear_y";
     CHECK(refusal(b, [&] { add_depths(b.pad, {.depth = b.pad.pressure, .force = 1}); }) ==

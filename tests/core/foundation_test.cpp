@@ -7,6 +7,7 @@
 #include "tests/expected.hpp"
 
 #include <cstring>
+#include <utility>
 
 using namespace test::contacts;
 using test::absolute, test::relative;
@@ -527,6 +528,48 @@ TEST_CASE("Pads of a batch have the pressures of single pads, and contacts split
             CHECK(std::memcmp(batch.traction() + (3 * axis + 1) * one.cells(),
                               one.touch.traction() + axis * one.cells(), sizeof(float) * size_t(one.cells())) == 0);
     }
+}
+
+TEST_CASE("Shapes, images and borders that a Touch cannot take are refused by their own name and number") {
+    const auto refused = [](const auto& call) -> std::string {
+        try {
+            call();
+        } catch (const dermis::Error& e) {
+            return e.what();
+        }
+        return "";
+    };
+    const auto of_shape = [&](const auto& change) {
+        Grip s(8, 8, 1e-3);
+        s.shape(Body::Kind::hull, {6, 0, 0}, {0, 0, 1e-3}), s.push({0, 0, 0}, {0, 0, -1});
+        s.faces = {1, 0, 0, 1, -1, 0, 0, 1, 0, 1, 0, 1, 0, -1, 0, 1, 0, 0, 1, 1, 0, 0, -1, 1};
+        change(s);
+        return refused([&] { s.press(); });
+    };
+    CHECK(of_shape([](Grip&) {}) == "");
+    CHECK(of_shape([](Grip& s) { s.turns[4] = 2; }) == "shapes.rotation[0] = 2; allowed: -1.001..1.001");
+    CHECK(of_shape([](Grip& s) { s.places[2] = 1e7; }) == "shapes.position[0] = 1e+07; allowed: -1e6..1e6");
+    CHECK(of_shape([](Grip& s) { s.sizes[0] = 3; }).find("shapes.size[0] = 3, 0, 0; allowed: of a hull") == 0);
+    // Both neighbours would carry the whole force.
+    CHECK(of_shape([](Grip& s) {
+              s.touch = Touch({.width = 8, .height = 8, .spacing = 1e-3, .tiled = true}, 1, 1e-3, false, {stiffness});
+          }).find("shapes.count = 1; allowed: 0 on tiled pads") == 0);
+
+    Touch two({.width = 4, .height = 2, .spacing = 1e-3}, 2, 1e-3, false, {stiffness});
+    std::vector<double> depth(18), force = {0, 0, -1, 0, 0, -1};
+    const auto of_images = [&](double& changed, double to) {
+        const double before = std::exchange(changed, to);
+        const std::string words =
+            refused([&] { two.add({.depth = depth.data(), .force = force.data(), .depth_step = 10}); });
+        changed = before;
+        return words;
+    };
+    CHECK(of_images(depth[8], NAN) == ""); // between two images
+    CHECK(of_images(depth[12], NAN) == "images.depth[12] = nan; allowed: -1e6..1e6");
+    CHECK(of_images(force[4], 1e13) == "images.force[1] = 0, 1e+13, -1; allowed: -1e12..1e12");
+    CHECK(refused([] {
+              Grip(24, 24, 5e-4, {stiffness, {0, 8, 0, 0}});
+          }) == "source.around[1] = 8; allowed: -0.012..0.512 m: less the pad, 1024 cells or the pad once more");
 }
 
 TEST_CASE("If memory fails for the shapes of a call, or for images, the pressures of the call before stay; later calls "

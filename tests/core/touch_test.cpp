@@ -271,8 +271,8 @@ TEST_CASE("What a Touch cannot take is refused by name, and changes nothing") {
             [](Table&, Contacts& c, Poses&) { c.count = size_t(1) << 31; });
     refused("poses.position = null", [](Table&, Contacts&, Poses& p) { p.position = nullptr; });
     refused("poses.rotation = null", [](Table&, Contacts&, Poses& p) { p.rotation = nullptr; });
-    refused("pose.rotation = ", [](Table& o, Contacts&, Poses&) { o.axes[18] = 0.5; });
-    refused("pose.position = ", [](Table& o, Contacts&, Poses&) { o.middles[6] = 1e7; });
+    refused("poses.rotation[2] = ", [](Table& o, Contacts&, Poses&) { o.axes[18] = 0.5; });
+    refused("poses.position[2] = ", [](Table& o, Contacts&, Poses&) { o.middles[6] = 1e7; });
 }
 
 TEST_CASE("A Touch of other pads than the skin's is refused, and so is a shape with memory") {

@@ -6,10 +6,8 @@
 
 namespace dermis::contact {
 void check(const Body& body, const char* list, int number) {
-    check(body.pose);
-    const auto name = [&](const std::string& member) {
-        return list + (number < 0 ? "." + member : "." + member + "[" + std::to_string(number) + "]");
-    };
+    check(body.pose, list, number);
+    const auto name = [&](const char* member) { return member_of(list, member, number); };
     if (int(body.kind) < 0 || int(body.kind) > 6)
         scene::refuse(name("kind"), std::to_string(int(body.kind)),
                       "sphere, capsule, box, plane, cylinder, ellipsoid, hull (0..6)");

@@ -5,7 +5,6 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/contact/landing.hpp"
 
-#include <cfloat>
 #include <cstdio>
 #include <numbers>
 
@@ -17,13 +16,9 @@ void need_member(bool ok, size_t i, const char* member, double value, const char
     if (!ok) scene::refuse("contacts[" + std::to_string(i) + "]" + member, shortest(value), allowed);
 }
 
-void check_length(const char* member, double value, size_t i) {
-    need_member(std::abs(value) <= greatest_length, i, member, value, "-1e6..1e6");
-}
-
 // Checks the numbers that a Contact and a WorldContact have in common, and returns the force.
 template <class AnyContact> double checked_force(const AnyContact& c, size_t i) {
-    need_member(c.force >= 0 && c.force <= DBL_MAX, i, ".force", c.force, "a finite number >= 0");
+    need_member(c.force >= 0 && finite(c.force), i, ".force", c.force, "a finite number >= 0");
     need_member(c.radius >= 0 && c.radius <= greatest_length, i, ".radius", c.radius, "0..1e6");
     need_member(c.area >= 0 && c.area <= greatest_length * greatest_length, i, ".area", c.area, "0..1e12");
     need_member(c.radius == 0 || c.area == 0, i, ".area", c.area, "0 beside a radius > 0");
@@ -87,8 +82,8 @@ ContactReport add_each(const Pad& pad, size_t count, const std::function<Contact
     for (size_t i = 0; i < count; ++i) {
         const Contact c = contact_at(i);
         asked += checked_force(c, i);
-        check_length(".x", c.x, i);
-        check_length(".y", c.y, i);
+        need_member(std::abs(c.x) <= greatest_length, i, ".x", c.x, "-1e6..1e6");
+        need_member(std::abs(c.y) <= greatest_length, i, ".y", c.y, "-1e6..1e6");
     }
     need_float_pressure(pad, asked);
     return press_each(pad, count, [&](size_t i, ContactReport&) -> std::optional<Landing> {
@@ -108,8 +103,8 @@ ContactReport add_each(const Pad& pad, const Pose& pose, double reach, size_t co
     for (size_t i = 0; i < count; ++i) {
         const WorldContact c = contact_at(i);
         asked += checked_force(c, i);
-        for (double p : c.position) check_length(".position", p, i);
-        for (double d : c.direction) check_length(".direction", d, i);
+        for (double p : c.position) need_member(std::abs(p) <= greatest_length, i, ".position", p, "-1e6..1e6");
+        for (double d : c.direction) need_member(std::abs(d) <= greatest_length, i, ".direction", d, "-1e6..1e6");
     }
     need_float_pressure(pad, asked);
     return press_each(pad, count, [&](size_t i, ContactReport& report) {
@@ -175,7 +170,7 @@ Pose Pose::from_quaternion(Reals position, Reals q) {
     need_memory("position", bool(position));
     need_memory("quaternion", bool(q));
     const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-    scene::need_positive("|quaternion|^2", square);
+    need_within("|quaternion|^2", square, 1e-300, 1e300, "1e-300..1e300");
     const double scale = 1 / std::sqrt(square);
     const double w = scale * q[0], x = scale * q[1], y = scale * q[2], z = scale * q[3];
     const double rotation[] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),

@@ -3,7 +3,6 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/contact/landing.hpp"
 
-#include <bit>
 #include <limits>
 
 namespace dermis::contact {
@@ -38,22 +37,22 @@ template <class T> Excess above(const DepthRows<T>& depths, double reference, do
     return {(sums[0] + sums[1]) + (sums[2] + sums[3]), cells[0] + cells[1] + cells[2] + cells[3]};
 }
 
-// Returns the greatest depth. Refuses a depth that is not finite. The first loop has no early exit, so that it is fast.
+// Returns the greatest depth. Refuses a depth that is no length. The first loop has no early exit, so that it is fast.
 template <class T> double checked_depths(const DepthRows<T>& depths) {
-    using Bits = std::conditional_t<sizeof(T) == 4, uint32_t, uint64_t>;
+    const auto is_length = [](T depth) { return std::abs(depth) <= T(greatest_length); };
     T greatest[4];
     std::fill_n(greatest, 4, std::numeric_limits<T>::lowest());
     for (int y = 0; y < depths.height; ++y) {
         const T* row = depths.row(y);
-        Bits bad = 0;
+        bool bad = false;
         each_in_lanes(depths.width, [&](int x, int lane) {
-            bad |= not_finite(std::bit_cast<Bits>(row[x]));
+            bad |= !is_length(row[x]);
             greatest[lane] = row[x] > greatest[lane] ? row[x] : greatest[lane];
         });
-        for (int x = 0; x < depths.width && any_not_finite(bad); ++x)
-            if (!finite(double(row[x])))
+        for (int x = 0; x < depths.width && bad; ++x)
+            if (!is_length(row[x]))
                 scene::refuse("depths.depth[" + std::to_string(x) + ", " + std::to_string(y) + "]",
-                              shortest(double(row[x])), "a finite number");
+                              shortest(double(row[x])), "-1e6..1e6");
     }
     return double(*std::max_element(greatest, greatest + 4));
 }

@@ -155,11 +155,8 @@ bool Bed::settle(bool shares) {
 }
 
 bool Bed::presses_border() const {
-    for (int x = 0; x < width; ++x)
-        for (const int y : {0, height - 1})
-            if (pressure[size_t(y) * pitch + size_t(x)] > 0) return true;
     for (int y = 0; y < height; ++y)
-        for (const int x : {0, width - 1})
+        for (int x = 0; x < width; x += y == 0 || y == height - 1 ? 1 : std::max(width - 1, 1))
             if (pressure[size_t(y) * pitch + size_t(x)] > 0) return true;
     return false;
 }

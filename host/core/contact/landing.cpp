@@ -42,20 +42,29 @@ void check(const Pad& pad) {
     need_radius("pad.radius_y", pad.radius_y, pad.height);
 }
 
-void check(const Pose& pose) {
-    for (double p : pose.position) need_within("pose.position", p, -greatest_length, greatest_length, "-1e6..1e6");
+std::string member_of(const char* list, const char* member, int number) {
+    return list + ("." + (number < 0 ? std::string(member) : member + ("[" + std::to_string(number) + "]")));
+}
+
+void check(const Pose& pose, const char* list, int number) {
+    const auto refuse = [&](const char* member, const std::string& value, const char* allowed) {
+        scene::refuse(member_of(list, member, number), value, allowed);
+    };
+    for (double p : pose.position)
+        if (!(std::abs(p) <= greatest_length)) refuse("position", shortest(p), "-1e6..1e6");
     const std::array<double, 9>& r = pose.rotation;
-    for (double v : r) need_within("pose.rotation", v, -1.001, 1.001, "-1.001..1.001");
+    for (double v : r)
+        if (!(std::abs(v) <= 1.001)) refuse("rotation", shortest(v), "-1.001..1.001");
     double worst = 0;
     const Vector columns[] = {{r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}};
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(dot(columns[i], columns[j]) - (i == j)));
     if (worst > 1e-3)
-        scene::refuse("pose.rotation", "a matrix whose columns' products are off by " + shortest(worst), "up to 1e-3");
+        refuse("rotation", "a matrix whose columns' products are off by " + shortest(worst), "up to 1e-3");
     const double determinant =
         r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
     if (determinant < 0)
-        scene::refuse("pose.rotation", "a matrix of determinant " + shortest(determinant), "a rotation: determinant 1");
+        refuse("rotation", "a matrix of determinant " + shortest(determinant), "a rotation: determinant 1");
 }
 
 void check_reach(const Pad& pad, double reach) {

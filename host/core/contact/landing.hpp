@@ -13,9 +13,11 @@ namespace dermis::contact {
 using Vector = std::array<double, 3>;
 constexpr double greatest_length = 1e6; // m
 
+// The name of a member in a list, or of a thing that is in no list: number -1.
+std::string member_of(const char* list, const char* member, int number);
 // Throw Error::bad_input.
 void check(const Pad&);
-void check(const Pose&);
+void check(const Pose&, const char* list = "pose", int number = -1); // number: in the list; -1: it is none
 void check_reach(const Pad&, double reach);
 // Refuses a force which would, all on one cell, be more than a float can hold.
 void need_float_pressure(const Pad&, double force);

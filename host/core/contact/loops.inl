@@ -26,6 +26,22 @@ inline Four root(Four a) {
 #endif
 }
 
+// A register of numbers, or the first n of them, from memory and to it.
+template <class Number> struct Register {
+    typedef Number Type __attribute__((vector_size(32)));
+    static constexpr int size = 32 / sizeof(Number);
+};
+template <class Number> inline auto loaded(const Number* from, int n = Register<Number>::size) {
+    typename Register<Number>::Type x{};
+    if (n == Register<Number>::size) __builtin_memcpy(&x, from, sizeof x);
+    else __builtin_memcpy(&x, from, size_t(n) * sizeof(Number));
+    return x;
+}
+template <class Number> inline void store(Number* to, const auto& x, int n = Register<Number>::size) {
+    if (n * sizeof(Number) == sizeof x) __builtin_memcpy(to, &x, sizeof x);
+    else __builtin_memcpy(to, &x, size_t(n) * sizeof(Number));
+}
+
 constexpr double infinite = __builtin_inf();
 constexpr double parallel = 1e-12; // the sine of an angle below which a line runs along a face
 
@@ -126,12 +142,7 @@ inline void deepen_four(const double* size, Vec from, Vec along, const LineRow& 
     const double deepest = l.deepest;
     // A line beside the body has no near <= far, and minus infinity may be both.
     const Four end = ((s.near <= s.far) & (s.far <= deepest) & (s.far >= -deepest)) ? s.far : all(not_below);
-    Four held = end;
-    if (n == 4) __builtin_memcpy(&held, depth, sizeof held);
-    else __builtin_memcpy(&held, depth, size_t(n) * sizeof(double));
-    const Four now = greater(held, end);
-    if (n == 4) __builtin_memcpy(depth, &now, sizeof now);
-    else __builtin_memcpy(depth, &now, size_t(n) * sizeof(double));
+    store(depth, greater(loaded(depth, n), end), n);
 }
 
 inline Vec vec(const double* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
@@ -140,22 +151,17 @@ inline Vec stepped(Vec o, Four x, Vec step) { return {o.x + x * step.x, o.y + x 
 template <int kind> void deepen_by(const double* size, const LineRow& l, const Block& b, double* depth) {
     const double own[3] = {size[0], size[1], size[2]};
     const Vec origin = vec(l.origin), step_x = vec(l.step_x), step_y = vec(l.step_y), down = vec(l.down);
-    const auto four = [](const double* from) {
-        Four x;
-        __builtin_memcpy(&x, from, sizeof x);
-        return x;
-    };
     for (int j = 0; j < b.rows; ++j)
         for (int i = 0; i < b.columns; i += 4) {
             double* to = depth + size_t(j) * b.pitch + i;
             const int n = lesser(b.columns - i, 4);
             if (l.flat) {
-                const Four x = b.scattered ? four(l.from[0] + i) : Four{0, 1, 2, 3} + (b.x + i),
-                           y = b.scattered ? four(l.from[1] + i) : all(b.y + j);
+                const Four x = b.scattered ? loaded(l.from[0] + i) : Four{0, 1, 2, 3} + (b.x + i),
+                           y = b.scattered ? loaded(l.from[1] + i) : all(b.y + j);
                 deepen_four<kind>(own, stepped(stepped(origin, y, step_y), x, step_x), down, l, to, n);
             } else
-                deepen_four<kind>(own, {four(l.from[0] + i), four(l.from[1] + i), four(l.from[2] + i)},
-                                  {four(l.along[0] + i), four(l.along[1] + i), four(l.along[2] + i)}, l, to, n);
+                deepen_four<kind>(own, {loaded(l.from[0] + i), loaded(l.from[1] + i), loaded(l.from[2] + i)},
+                                  {loaded(l.along[0] + i), loaded(l.along[1] + i), loaded(l.along[2] + i)}, l, to, n);
         }
 }
 
@@ -170,12 +176,6 @@ constexpr int lanes = 8;
 typedef float Eight __attribute__((vector_size(4 * lanes)));
 using Mask8 = decltype(Eight{} < Eight{});
 
-inline Eight loaded(const float* from) {
-    Eight x;
-    __builtin_memcpy(&x, from, sizeof x);
-    return x;
-}
-inline void store(float* to, Eight x) { __builtin_memcpy(to, &x, sizeof x); }
 inline Eight where(Mask8 m, Eight x) { return m ? x : Eight{}; }
 inline double total(Eight v) {
     const Eight pairs = v + __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3),
@@ -199,20 +199,17 @@ inline Eight counted(float first) { return Eight{0, 1, 2, 3, 4, 5, 6, 7} + first
 double settle(const double* deep, size_t count, float* depth, float* share) {
     Four most = all(not_below);
     for (size_t i = 0; i < count; i += 4) {
-        Four d;
-        __builtin_memcpy(&d, deep + i, sizeof d);
-        most = greater(most, d);
+        most = greater(most, loaded(deep + i));
     }
     double deepest = most[0];
     for (int l = 1; l < 4; ++l) deepest = most[l] > deepest ? most[l] : deepest;
     for (size_t i = 0; i < count; i += 4) {
         typedef float Floats __attribute__((vector_size(16)));
-        Four d;
-        __builtin_memcpy(&d, deep + i, sizeof d);
+        const Four d = loaded(deep + i);
         const Floats relative = __builtin_convertvector(d - deepest, Floats),
                      all = __builtin_convertvector(d > 0.5 * not_below ? Four{1, 1, 1, 1} : Four{}, Floats);
-        __builtin_memcpy(depth + i, &relative, sizeof relative);
-        if (share) __builtin_memcpy(share + i, &all, sizeof all);
+        store(depth + i, relative, 4);
+        if (share) store(share + i, all, 4);
     }
     return deepest;
 }
@@ -289,17 +286,6 @@ double write(const BedCells& bed, const Plane& p, float* excess) {
     return sum.total();
 }
 
-inline Eight part_of(const float* from, int n) {
-    if (n == lanes) return loaded(from);
-    Eight x{};
-    __builtin_memcpy(&x, from, size_t(n) * sizeof(float));
-    return x;
-}
-inline void put(float* to, Eight x, int n) {
-    if (n == lanes) store(to, x);
-    else __builtin_memcpy(to, &x, size_t(n) * sizeof(float));
-}
-
 Gained add(const AddedRows& r) {
     Gained g{.left = r.width, .right = -1, .top = r.height, .bottom = -1};
     Long all, all_x, all_y, all_placed;
@@ -312,9 +298,9 @@ Gained add(const AddedRows& r) {
                 const int n = lesser(right - i, lanes);
                 const size_t at = size_t(j) * r.pitch + size_t(i);
                 const Eight x = counted(float(i)),
-                            p = part_of(r.pressure + size_t(j) * r.bed_pitch + size_t(i), n) * r.scale,
-                            before = part_of(r.to + at, n), after = before + p;
-                put(r.to + at, after, n);
+                            p = loaded(r.pressure + size_t(j) * r.bed_pitch + size_t(i), n) * r.scale,
+                            before = loaded(r.to + at, n), after = before + p;
+                store(r.to + at, after, n);
                 pressed += p, px += p * x, placed += after - before;
                 const Mask8 here = p != 0;
                 any |= here;
@@ -322,7 +308,7 @@ Gained add(const AddedRows& r) {
                 cells += where(here & (before == 0) & (after != 0), Eight{1, 1, 1, 1, 1, 1, 1, 1});
                 low = (here & (x < low)) ? x : low, high = (here & (x > high)) ? x : high;
                 const auto drag = [&](float* map, auto by) {
-                    if (map) put(map + at, part_of(map + at, n) + where(here, p * by), n);
+                    if (map) store(map + at, loaded(map + at, n) + where(here, p * by), n);
                 };
                 drag(r.shear_x, r.drag_x - r.twist * float(j)), drag(r.shear_y, r.drag_y + r.twist * x);
             }

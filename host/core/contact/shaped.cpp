@@ -32,15 +32,11 @@ bool is_thin(const Body& b, double radius) {
 // Whether a body with an outline is below all places of cells of a flat pad: its shadow is convex, so that the corners
 // tell it.
 bool covers(Laid& l, const Region& r) {
-    const contact::Block cells = r.block(0);
-    bool all = true;
-    for (const double x : {cells.x - 0.5, cells.x + cells.columns - 0.5})
-        for (const double y : {cells.y - 0.5, cells.y + cells.rows - 0.5}) {
-            double depth = not_below;
-            l.lines.deepen(l.shape, {x, y, 1, 1, 0}, &depth);
-            all = all && is_below(depth);
-        }
-    return all;
+    const double left = r.columns.first - 0.5, right = r.columns.last + 0.5, top = r.rows.first - 0.5,
+                 below = r.rows.last + 0.5, x[] = {left, right, left, right}, y[] = {top, top, below, below};
+    double depth[] = {not_below, not_below, not_below, not_below};
+    l.lines.deepen(l.shape, x, y, 4, depth);
+    return std::ranges::all_of(depth, is_below);
 }
 
 } // namespace
@@ -81,13 +77,9 @@ bool Touch::Impl::lay(std::span<const Shaped* const> own, const Pose& pose, bool
 // The cells that are deeper than `least`, m, and those beside them.
 Region Touch::Impl::pressed_beyond(const Region& all, double least) const {
     Region found{{all.columns.last, all.columns.first}, {all.rows.last, all.rows.first}};
-    for (int y = all.rows.first; y <= all.rows.last; ++y) {
-        const double* row = &bed.deep[bed.number(0, y)];
-        int first = all.columns.first, last = all.columns.last;
-        while (first <= last && !(row[first] > least)) ++first;
-        while (last > first && !(row[last] > least)) --last;
-        if (first <= last) found.add(first, y), found.add(last, y);
-    }
+    for (int y = all.rows.first; y <= all.rows.last; ++y)
+        for (int x = all.columns.first; x <= all.columns.last; ++x)
+            if (bed.deep[bed.number(x, y)] > least) found.add(x, y);
     return {common({found.columns.first - 1, found.columns.last + 1}, all.columns),
             common({found.rows.first - 1, found.rows.last + 1}, all.rows)};
 }
@@ -200,29 +192,6 @@ bool Touch::Impl::press_by_shape(int number, std::span<const Listed* const> own,
     return true;
 }
 
-// Copies the images and checks the copies. Throws Error::bad_input; no pressure has changed then.
-void Touch::Impl::take(const DepthImages& d) {
-    need_memory("images.depth", bool(d.depth));
-    need_memory("images.force", bool(d.force));
-    scene::need(source.stiffness > 0, "source.stiffness", source.stiffness, "1e-6..1e30 Pa/m, where there are images");
-    const size_t step = d.depth_step ? d.depth_step : cells;
-    if (step < cells) scene::refuse("images.depth_step", std::to_string(step), "0, or a pad's cells and more");
-    images.resize(pressure.size());
-    image_forces.resize(size_t(count));
-    double greatest = 0;
-    for (size_t pad = 0; pad < size_t(count); ++pad) {
-        for (size_t k = 0; k < 3; ++k) image_forces[pad][k] = d.force[pad * d.force_step + k];
-        for (const double f : image_forces[pad]) need_within("images.force", f, -1e12, 1e12, "-1e12..1e12");
-        greatest = std::max(greatest, -image_forces[pad][2]);
-        d.depth.visit([&](const auto* first) { std::copy_n(first + pad * step, cells, &images[pad * cells]); });
-    }
-    for (size_t i = 0; i < images.size(); ++i)
-        if (!(std::abs(images[i]) <= float(greatest_length)))
-            scene::refuse("images.depth[" + std::to_string(i) + "]", shortest(double(images[i])), "-1e6..1e6");
-    need_float_pressure(shape, greatest);
-    bed.reserve(shape.width, shape.height);
-}
-
 ContactReport Touch::Impl::press_by_image(int number, bool gaps) {
     const auto& [x, y, z] = image_forces[size_t(number)];
     const double whole = std::sqrt(x * x + y * y + z * z);
@@ -237,8 +206,7 @@ ContactReport Touch::Impl::press_by_image(int number, bool gaps) {
         return lost;
     }
     Wrench w{.force = -z, .whole = whole, .along_x = x, .along_y = y};
-    const double area = shape.spacing * shape.spacing;
-    const double asked = asked_of(w.force, area, source.stiffness);
+    const double area = shape.spacing * shape.spacing, asked = asked_of(w.force, area, source.stiffness);
     bed.level = level_of(bed, asked);
     const Rest rest = press(bed, {w.force, area, asked});
     w.torsion = shape.spacing * (rest.x * y - rest.y * x); // about the pad's middle: none about the pressure's

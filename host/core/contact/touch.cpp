@@ -4,7 +4,6 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 
-#include <climits>
 #include <numbers>
 
 namespace dermis::contact {
@@ -25,8 +24,7 @@ Listed copied(const Contacts& c, size_t i) {
     if (c.body) made.body = c.body[i * c.body_step];
     made.contact.position = group_of<3>(c.position, c.position_step, i);
     made.contact.direction = group_of<3>(c.force, c.force_step, i);
-    const auto [x, y, z] = made.contact.direction;
-    made.contact.force = std::sqrt(x * x + y * y + z * z);
+    made.contact.force = std::sqrt(dot(made.contact.direction, made.contact.direction));
     if (c.torque) made.torque = group_of<3>(c.torque, c.torque_step, i);
     if (c.radius) made.contact.radius = c.radius[i * c.radius_step];
     else if (c.ball) made.ball = c.ball[i * c.ball_step];
@@ -46,7 +44,9 @@ bool is_within(const Vector& numbers, double limit) {
     return std::ranges::all_of(numbers, [limit](double n) { return n >= -limit && n <= limit; });
 }
 
-[[noreturn]] void refuse_item(size_t i, const char* member, const double* numbers, size_t count, const char* allowed) {
+// Refuses a member of item i of a list, of which `count` numbers are said.
+[[noreturn]] void refuse_item(size_t i, const char* member, const Vector& numbers, size_t count,
+                              const std::string& allowed) {
     std::string value;
     for (size_t k = 0; k < count; ++k) value += (k ? ", " : "") + shortest(numbers[k]);
     scene::refuse(std::string(member) + "[" + std::to_string(i) + "]", value, allowed);
@@ -65,7 +65,7 @@ Pad checked(Pad shape) {
 
 // Throws Error::bad_input where add() cannot take an array.
 void need_arrays(const Poses& poses, const Contacts& c) {
-    scene::need(c.count <= size_t(INT_MAX), "contacts.count", double(c.count), "at most 2147483647");
+    scene::need(c.count <= 2147483647, "contacts.count", double(c.count), "at most 2147483647");
     need_memory("contacts.pad", c.pad);
     need_memory("contacts.position", bool(c.position));
     need_memory("contacts.force", bool(c.force));
@@ -79,7 +79,7 @@ void need_arrays(const Poses& poses, const Contacts& c) {
 }
 
 void need_arrays(const Shapes& s) {
-    scene::need(s.count <= size_t(INT_MAX), "shapes.count", double(s.count), "at most 2147483647");
+    scene::need(s.count <= 2147483647, "shapes.count", double(s.count), "at most 2147483647");
     need_memory("shapes.pad", s.pad);
     need_memory("shapes.body", s.body);
     need_memory("shapes.kind", s.kind);
@@ -90,24 +90,19 @@ void need_arrays(const Shapes& s) {
     scene::need(s.face_count <= 16777216, "shapes.face_count", double(s.face_count), "0..16777216");
 }
 
-[[noreturn]] void refuse_number(const char* list, size_t i, int number, int least, int most) {
-    scene::refuse(list + ("[" + std::to_string(i) + "]"), std::to_string(number),
-                  std::to_string(least) + ".." + std::to_string(most));
-}
-
 // Throws Error::bad_input where a number of contact i is not allowed.
 void need_contact(const Listed& c, size_t i, int pads, bool has_radius, bool has_ball) {
-    if (c.pad < 0 || c.pad >= pads) refuse_number("contacts.pad", i, c.pad, 0, pads - 1);
-    if (c.body < -1) refuse_number("contacts.body", i, c.body, -1, INT_MAX);
+    if (c.pad < 0 || c.pad >= pads)
+        refuse_item(i, "contacts.pad", {double(c.pad)}, 1, "0.." + std::to_string(pads - 1));
+    if (c.body < -1) refuse_item(i, "contacts.body", {double(c.body)}, 1, "-1..2147483647");
     const auto &place = c.contact.position, &force = c.contact.direction;
-    if (!is_within(place, greatest_length)) refuse_item(i, "contacts.position", place.data(), 3, "-1e6..1e6");
-    if (!is_within(force, 1e12)) refuse_item(i, "contacts.force", force.data(), 3, "-1e12..1e12");
-    if (!is_within(c.torque, 1e12)) refuse_item(i, "contacts.torque", c.torque.data(), 3, "-1e12..1e12");
-    const double& size = has_radius ? c.contact.radius : c.ball;
-    if (!has_radius && !has_ball) return;
-    if (!(size >= 0 && size <= greatest_length && (has_radius || size > 0)))
-        refuse_item(i, has_radius ? "contacts.radius" : "contacts.ball", &size, 1,
-                    has_radius ? "0..1e6" : "above 0, at most 1e6");
+    if (!is_within(place, greatest_length)) refuse_item(i, "contacts.position", place, 3, "-1e6..1e6");
+    if (!is_within(force, 1e12)) refuse_item(i, "contacts.force", force, 3, "-1e12..1e12");
+    if (!is_within(c.torque, 1e12)) refuse_item(i, "contacts.torque", c.torque, 3, "-1e12..1e12");
+    if (has_radius && !(c.contact.radius >= 0 && c.contact.radius <= greatest_length))
+        refuse_item(i, "contacts.radius", {c.contact.radius}, 1, "0..1e6");
+    if (has_ball && !(c.ball > 0 && c.ball <= greatest_length))
+        refuse_item(i, "contacts.ball", {c.ball}, 1, "above 0, at most 1e6");
 }
 
 // Of each border how many cells of the finger are beyond it: those whose centres are on the finger.
@@ -116,19 +111,16 @@ std::array<int, 4> cells_around(const Pad& shape, const Source& source) {
     for (size_t k = 0; k < 4; ++k) {
         const int side = k < 2 ? shape.width : shape.height;
         const double radius = k < 2 ? shape.radius_x : shape.radius_y, across = side * shape.spacing,
-                     most = radius != 0 ? 0.5 * (std::numbers::pi * radius - across) : greatest_count * shape.spacing;
+                     most = radius != 0 ? 0.5 * (std::numbers::pi * radius - across)
+                                        : std::max(side, 1024) * shape.spacing;
         const std::string name = "source.around[" + std::to_string(k) + "]";
         if (!(source.around[k] >= -across && source.around[k] <= std::max(most, 0.0)))
             scene::refuse(name, shortest(source.around[k]),
                           shortest(-across) + ".." + shortest(std::max(most, 0.0)) + " m: less the pad, " +
-                              (radius != 0 ? "a quarter turn" : "16384 cells"));
+                              (radius != 0 ? "a quarter turn" : "1024 cells or the pad once more"));
         cells[k] = std::max(int(std::floor(source.around[k] / shape.spacing + 0.5)), 0);
     }
     return cells;
-}
-
-void check(const Source& source) {
-    if (source.stiffness != 0) need_within("source.stiffness", source.stiffness, 1e-6, 1e30, "1e-6..1e30");
 }
 
 } // namespace
@@ -149,7 +141,7 @@ Touch::Impl::Impl(const Pad& given, int n, double r, bool shear, const Source& b
       cells(size_t(shape.width) * size_t(shape.height)), pressure(size_t(n) * cells),
       traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)), poses(size_t(n)),
       contacts(n), shapes(n) {
-    check(source);
+    if (by.stiffness != 0) need_within("source.stiffness", by.stiffness, 1e-6, 1e30, "1e-6..1e30");
     touched.reserve(size_t(n));
 }
 
@@ -172,29 +164,30 @@ void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
         Listed own = copied(c, i);
         if (!c.radius && !c.ball) own.contact.radius = 2 * shape.spacing;
         need_contact(own, i, count, bool(c.radius), bool(c.ball));
-        const auto [x, y, z] = own.contact.direction;
-        if (x == 0 && y == 0 && z == 0) continue;
+        if (own.contact.direction == Vector{}) continue;
         contacts.items.push_back(own);
-        asked += std::abs(x) + std::abs(y) + std::abs(z);
+        asked += own.contact.force;
         if (own.pad == posed) continue;
         posed = own.pad;
         Pose& pose = poses[size_t(posed)];
         pose.position = group_of<3>(given.position, given.position_step, size_t(posed));
         pose.rotation = group_of<9>(given.rotation, given.rotation_step, size_t(posed));
-        check(pose);
+        check(pose, "poses", posed);
     }
     need_float_pressure(shape, asked);
     contacts.order.reserve(contacts.items.size());
     patches.reserve(contacts.items.size());
     if (s.count == 0) return;
     need_arrays(s);
+    scene::need(!shape.tiled, "shapes.count", double(s.count), "0 on tiled pads, which share no bodies");
     scene::need(source.stiffness > 0, "source.stiffness", source.stiffness, "1e-6..1e30 Pa/m, where there are shapes");
     faces.assign(s.faces, s.faces + 4 * s.face_count);
     shapes.items.reserve(s.count);
     for (size_t i = 0; i < s.count; ++i) {
         Shaped own = copied(s, i);
-        if (own.pad < 0 || own.pad >= count) refuse_number("shapes.pad", i, own.pad, 0, count - 1);
-        if (own.body < 0) refuse_number("shapes.body", i, own.body, 0, INT_MAX);
+        if (own.pad < 0 || own.pad >= count)
+            refuse_item(i, "shapes.pad", {double(own.pad)}, 1, "0.." + std::to_string(count - 1));
+        if (own.body < 0) refuse_item(i, "shapes.body", {double(own.body)}, 1, "0..2147483647");
         if (own.shape.kind == Body::Kind::hull) take_faces(own.shape, i);
         check(own.shape, "shapes", int(i));
         shapes.items.push_back(own);
@@ -210,10 +203,34 @@ void Touch::Impl::take(const Poses& given, const Contacts& c, const Shapes& s) {
 void Touch::Impl::take_faces(Body& hull, size_t number) const {
     const double all = double(faces.size() / 4), count = hull.size[0], first = hull.size[1];
     for (const double n : {count, first})
-        if (!(n >= 0 && n <= all && n == std::floor(n) && first + count <= all))
-            refuse_item(number, "shapes.size", hull.size.data(), 3,
-                        "of a hull the number of its faces and its first one");
+        if (!(n >= 0 && n <= all && n == std::floor(n) && first + count <= all && count >= 4 && count <= 65536))
+            refuse_item(number, "shapes.size", hull.size, 3,
+                        "of a hull the number of its faces, 4..65536, its first one and 0");
     hull.faces = faces.data() + 4 * size_t(first), hull.face_count = size_t(count), hull.size = {0, 0, hull.size[2]};
+}
+
+// Copies the images and checks the copies. Throws Error::bad_input; no pressure has changed then.
+void Touch::Impl::take(const DepthImages& d) {
+    need_memory("images.depth", bool(d.depth));
+    need_memory("images.force", bool(d.force));
+    scene::need(source.stiffness > 0, "source.stiffness", source.stiffness, "1e-6..1e30 Pa/m, where there are images");
+    const size_t step = d.depth_step ? d.depth_step : cells;
+    if (step < cells) scene::refuse("images.depth_step", std::to_string(step), "0, or a pad's cells and more");
+    images.resize(pressure.size());
+    image_forces.resize(size_t(count));
+    double greatest = 0;
+    for (size_t pad = 0; pad < size_t(count); ++pad) {
+        image_forces[pad] = group_of<3>(d.force, d.force_step, pad);
+        if (!is_within(image_forces[pad], 1e12)) refuse_item(pad, "images.force", image_forces[pad], 3, "-1e12..1e12");
+        greatest = std::max(greatest, -image_forces[pad][2]);
+        d.depth.visit([&](const auto* first) { std::copy_n(first + pad * step, cells, &images[pad * cells]); });
+    }
+    for (size_t i = 0; i < images.size(); ++i)
+        if (!(std::abs(images[i]) <= float(greatest_length)))
+            scene::refuse("images.depth[" + std::to_string(i / cells * step + i % cells) + "]",
+                          shortest(double(images[i])), "-1e6..1e6");
+    need_float_pressure(shape, greatest);
+    bed.reserve(shape.width, shape.height);
 }
 
 // Takes the pressures and reports of the last call away.
@@ -288,7 +305,7 @@ ContactReport Touch::Impl::press_by_patches(int number, double modulus) {
 
 // Makes the block of a pad hold these cells too.
 void Touch::Impl::grow(int number, const CellSpan& columns, const CellSpan& rows) {
-    if (columns.first > columns.last || rows.first > rows.last) return;
+    if (columns.empty() || rows.empty()) return;
     Block& b = pressed[size_t(number)];
     const int x = b.height == 0 ? columns.first : std::min(b.x, columns.first),
               y = b.height == 0 ? rows.first : std::min(b.y, rows.first);

@@ -197,7 +197,7 @@ def test_a_bottle_that_rolls_over_the_border_chatters_less_by_its_shape_than_by_
     ({"kind": [6], "size": [[6, 1, 0]], "faces": np.zeros((6, 4))}, "shapes.size[0] = 6, 1, 0; allowed: of a hull"),
     ({"kind": [6], "size": [[6, 0, 0]], "faces": np.zeros((6, 4))}, "shapes.faces[0][0] = 0, 0, 0, 0; allowed: a normal"),
     ({"position": [[0, 0, 0]] * 2}, "shapes.position = 2 of them; allowed: 1, one for each shape"),
-    ({"rotation": [2 * np.eye(3)]}, "pose.rotation = 2; allowed: -1.001..1.001")])
+    ({"rotation": [2 * np.eye(3)]}, "poses.rotation[0] = 2; allowed: -1.001..1.001")])
 def test_a_shape_that_is_wrong_is_refused_by_name(change, words):
     with pytest.raises(dermis.Error) as refused:
         pressed_by(box_below_a_finger(**change))
