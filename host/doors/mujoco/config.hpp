@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <cstdlib>
 #include <iomanip>
 #include <optional>
 #include <sstream>
@@ -51,8 +52,13 @@ struct Keys {
         if (value.empty()) return otherwise;
         std::istringstream words(value);
         std::vector<double> found;
-        for (double x; words >> x;) found.push_back(x);
-        if (!words.eof() || found.size() < fewest || found.size() > otherwise.size())
+        bool whole = true; // whether each word is a number up to its end
+        for (std::string word; words >> word;) {
+            char* end = nullptr;
+            found.push_back(std::strtod(word.c_str(), &end));
+            whole = whole && *end == 0;
+        }
+        if (!whole || found.size() < fewest || found.size() > otherwise.size())
             refuse(key, value,
                    otherwise.size() == 1 ? "a number"
                    : fewest == 1         ? "1 or 2 numbers"
@@ -177,6 +183,8 @@ struct Config {
         if (!bodies) return;
         source.stiffness = given.number("stiffness", 0, 1e-6, 1e30);
         if (source.stiffness == 0) source.stiffness = contact::skin_stiffness(scene.material);
+        if (source.stiffness == 0)
+            refuse("stiffness", "(not given)", "Pa/m beside a scene that has none at rest; or source = contacts");
     }
     void read_responses(const Keys& given) {
         options.responses.clear();

@@ -240,7 +240,7 @@ void destroy(mjData* d, int instance) {
 }
 
 // Calls; MuJoCo's C takes no exception, so a refusal is MuJoCo's error, once the exception is gone.
-template <class Call> int guarded(Call call) {
+template <class Call> auto guarded(Call call) -> decltype(call()) {
     static thread_local char why[400];
     try {
         return call();
@@ -248,7 +248,7 @@ template <class Call> int guarded(Call call) {
         std::snprintf(why, sizeof why, "%s", e.what());
     }
     mju_error("dermis.skin: %s", why);
-    return 0;
+    return decltype(call())();
 }
 
 // MuJoCo asks before the model has its sensors, so that pads cannot be counted here.
@@ -261,11 +261,11 @@ int nsensordata(const mjModel* m, int instance, int) {
 }
 
 int init(const mjModel* m, mjData* d, int instance) {
-    return guarded([&] {
+    guarded([&] {
         destroy(d, instance); // that of an mjData that had this address
         instance_of(m, d, instance);
-        return 0;
     });
+    return 0;
 }
 
 void reset(const mjModel* m, mjtNum* state, void*, int instance) {
@@ -273,17 +273,11 @@ void reset(const mjModel* m, mjtNum* state, void*, int instance) {
 }
 
 void compute(const mjModel* m, mjData* d, int instance, int) {
-    guarded([&] {
-        instance_of(m, d, instance).compute(m, d, d->plugin_state + m->plugin_stateadr[instance]);
-        return 0;
-    });
+    guarded([&] { instance_of(m, d, instance).compute(m, d, d->plugin_state + m->plugin_stateadr[instance]); });
 }
 
 void advance(const mjModel* m, mjData* d, int instance) {
-    guarded([&] {
-        instance_of(m, d, instance).advance(d->plugin_state + m->plugin_stateadr[instance]);
-        return 0;
-    });
+    guarded([&] { instance_of(m, d, instance).advance(d->plugin_state + m->plugin_stateadr[instance]); });
 }
 
 } // namespace

@@ -20,7 +20,7 @@ class Shapes {
         for (auto* numbers : {&sizes_, &places_, &axes_, &faces_}) numbers->clear();
     }
     // Lists a geom below a pad, unless it is there, and returns the number of its rigid body; -1 for what has no shape
-    // here: a height field, a signed distance, a flex, a mesh without a convex hull or with a face of no normal.
+    // here: a height field, a signed distance, a flex, a mesh without a convex hull of 4..65536 faces with normals.
     int32_t add(const mjModel* m, const mjData* d, int32_t pad, int geom) {
         if (geom < 0) return -1;
         const int body = m->body_weldid[m->geom_bodyid[geom]];
@@ -69,7 +69,7 @@ class Shapes {
     // The polygons of the convex hull that MuJoCo collides.
     int add_hull(const mjModel* m, int mesh, double* size) {
         const int count = mesh < 0 ? 0 : m->mesh_polynum[mesh];
-        if (count < 4 || m->mesh_graphadr[mesh] < 0) return -1;
+        if (count < 4 || count > 65536 || m->mesh_graphadr[mesh] < 0) return -1;
         size[0] = count, size[1] = double(faces_.size() / 4);
         for (int p = 0; p < count; ++p) {
             const int polygon = m->mesh_polyadr[mesh] + p;

@@ -132,6 +132,8 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"responses": "shear_x shear_y stretch_x stretch_y stretch_xy sa1 sa2 fa1 fa2", "size": "16384 16384"},
      "responses = 2.4159191e+09 numbers of mjData; allowed: at most 2147483647"),
     ({"size": "8.5 8"}, "size = 8.5; allowed: whole numbers"),
+    *[({"radius": given}, f"radius = {given}; allowed: 1 or 2 numbers") for given in ("8e-3 -", "8e-3 1e", "8e-3 8mm")],
+    ({"reach": "1e999"}, "reach = inf; allowed: 0..1000000"),
     ({"responses": "sa1 sa3"}, "responses = sa3; allowed: sa1, sa2, fa1, fa2, shear_x, shear_y, stretch_x"),
     ({"output": "sum"}, "output = sum; allowed: field, mean"),
     ({"pads": "4"}, "pads = 4; allowed: 5, the sensors of this instance"),
@@ -142,6 +144,16 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
 def test_a_key_that_is_wrong_is_an_error_of_mujoco_that_names_it(keys, words):
     with pytest.raises(ValueError, match=re.escape(words)):  # when the model is read
         model(**keys)
+
+
+def test_a_scene_whose_material_flows_is_refused_when_the_model_is_read(tmp_path):
+    scene = tmp_path / "flows.toml"
+    scene.write_text('preset = "fingertip"\n[grid]\nwidth = 80\nheight = 80\nspacing = 2.5e-4\n[surface]\n'
+                     'kind = "flat"\n[material]\ndashpot = 1e6\nthickness = "1 mm"\n')
+    keys = {"scene": scene, "size": "", "spacing": ""}
+    with pytest.raises(ValueError, match=re.escape("stiffness = (not given); allowed: Pa/m beside a scene")):
+        model(**keys)
+    model(**keys, source="contacts"), model(**keys, stiffness="5e7")
 
 
 # A plate, and a ball of 50 g above it.
@@ -397,3 +409,20 @@ def test_the_flat_fingers_of_a_gripper_keep_the_force_with_which_they_hold_and_l
     for side in ("left", "right"):
         sa1 = data.sensor(side).data[2:2 + 48 * 48].reshape(48, 48)
         assert data.sensor(side).data[0] == pytest.approx(6, rel=0.01)
+
+
+def test_a_mesh_of_more_faces_than_a_hull_may_have_presses_by_patches():
+    i = np.arange(45000) + 0.5
+    polar, turn = np.arccos(1 - i / 22500), np.pi * (1 + 5**0.5) * i
+    places = 0.02 * np.c_[np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)]
+    vertices = " ".join(f"{x:.9g}" for x in places.ravel())
+    m = mujoco.MjModel.from_xml_string(f"""<mujoco><size memory="200M"/><extension><plugin plugin="dermis.skin">
+<instance name="s"><config key="responses" value="force"/></instance></plugin></extension>
+<asset><mesh name="ball" vertex="{vertices}"/></asset><worldbody><geom type="mesh" mesh="ball" pos="0 0 -.02"/>
+<body pos="0 0 .0059"><freejoint/><geom type="box" size=".006 .006 .006" mass=".01"/>
+<site name="skin" pos="0 0 -.006" quat="0 1 0 0"/></body></worldbody>
+<sensor><plugin name="touch" instance="s" objtype="site" objname="skin"/></sensor></mujoco>""")
+    assert m.mesh_polynum[0] > 65536
+    data = mujoco.MjData(m)
+    mujoco.mj_step(m, data, 20)
+    assert data.sensordata[0] > 0
