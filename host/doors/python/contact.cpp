@@ -12,6 +12,11 @@ namespace {
 using contact::Contact, contact::ContactReport, contact::Pad, contact::Pose, contact::WorldContact;
 using Vector = std::array<double, 3>;
 
+// Numbers from one place of an axis to the next; `one` of an axis of one place, of which arrays name any number.
+template <class Array> int64_t step_of(const Array& array, size_t axis, int64_t one) {
+    return array.shape(axis) == 1 ? one : array.stride(axis);
+}
+
 // A pad with the array that it adds to.
 struct PadOnArray {
     nb::ndarray<float, nb::ndim<2>, nb::device::cpu> pressure;
@@ -23,7 +28,7 @@ struct PadOnArray {
                 .height = int(pressure.shape(0)),
                 .spacing = spacing,
                 .pressure = pressure.data(),
-                .pitch = size_t(pressure.stride(0)),
+                .pitch = size_t(step_of(pressure, 0, 0)),
                 .tiled = tiled,
                 .radius_x = radius_x,
                 .radius_y = radius_y};
@@ -32,9 +37,8 @@ struct PadOnArray {
 
 // Whether the numbers of a row follow each other, and rows do not overlap.
 template <class Array> bool has_rows(const Array& array) {
-    if (array.size() == 0) return true;
-    return (array.shape(1) == 1 || array.stride(1) == 1) &&
-           (array.shape(0) == 1 || array.stride(0) >= int64_t(array.shape(1)));
+    const auto width = int64_t(array.shape(1));
+    return array.size() == 0 || (step_of(array, 1, 1) == 1 && step_of(array, 0, width) >= width);
 }
 
 void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled, double radius_x, double radius_y) {
@@ -99,7 +103,7 @@ ContactReport add_depths_of(const PadOnArray& pad, nb::handle depth, double forc
         scene::refuse("depth", description_of(depth),
                       "float32 array of shape " + shape_text({height, width}) + " in m, its rows one after another");
     const contact::DepthMap depths{
-        .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(array.stride(0))};
+        .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(step_of(array, 0, 0))};
     return unlocked([&] { return contact::add_depths(pad.pad(), depths); });
 }
 
@@ -133,7 +137,7 @@ ContactReport add_taxels_of(const PadOnArray& pad, nb::handle values, double wid
                             string_view unit) {
     nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
     if (!nb::try_cast(readable(values), array, false) ||
-        (array.size() > 0 && (array.stride(0) < 1 || array.stride(1) < 1)) || array.shape(0) > INT_MAX ||
+        (array.size() > 0 && (step_of(array, 0, 1) < 1 || step_of(array, 1, 1) < 1)) || array.shape(0) > INT_MAX ||
         array.shape(1) > INT_MAX)
         scene::refuse("values", description_of(values), "float32 array of shape (rows, columns), of positive strides");
     if (unit != "newton" && unit != "pascal")
@@ -147,8 +151,8 @@ ContactReport add_taxels_of(const PadOnArray& pad, nb::handle values, double wid
                                         .height = height,
                                         .x = x,
                                         .y = y,
-                                        .column_step = size_t(array.stride(1)),
-                                        .row_step = size_t(array.stride(0))};
+                                        .column_step = size_t(step_of(array, 1, 1)),
+                                        .row_step = size_t(step_of(array, 0, 1))};
     return unlocked([&] { return contact::add_taxels(pad.pad(), taxels); });
 }
 
@@ -264,9 +268,8 @@ void bind_contact(nb::module_& m) {
                      "position: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = (0, 0, 0), "
                      "rotation: collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating] = "
                      "(1, 0, 0, 0, 1, 0, 0, 0, 1)) -> None"),
-             "kind: \"sphere\", \"capsule\", \"cylinder\", both along z, \"box\", \"ellipsoid\" or \"plane\", which is "
-             "all "
-             "below z = 0 of its frame.\n"
+             "kind: \"sphere\", \"capsule\", \"cylinder\", both along z, \"box\", \"ellipsoid\" or \"plane\",\n"
+             "which is all below z = 0 of its frame.\n"
              "size: m: the radius of a sphere; radius and half the length of a capsule or a cylinder; half the length "
              "along x, y and z of a box or an ellipsoid; none of a plane.\n"
              "position: m, its middle; of a plane any point of it. rotation: its axes as columns, as of a Pose.");
@@ -285,10 +288,9 @@ void bind_contact(nb::module_& m) {
           nb::sig("def add_taxels(pad: Pad, values: dermis._typing.AnyArray, *, width: float, height: float, "
                   "x: float = 0.0, y: float = 0.0, unit: dermis._typing.TaxelUnit = \"newton\") -> ContactReport"),
           "Add each reading of a sensor array to the cells below it, by the area that they share; forces are kept.\n"
-          "values: float32 of shape (rows, columns), columns along x, >= 0, of a unit \"newton\" or \"pascal\"; "
-          "readings\n"
-          "that stand column by column are values.T. width, height: m, of one taxel. x, y: m, outer corner of the "
-          "first.");
+          "values: float32 of shape (rows, columns), columns along x, >= 0, of a unit \"newton\" or \"pascal\";\n"
+          "readings that stand column by column are values.T. width, height: m, of one taxel.\n"
+          "x, y: m, outer corner of the first.");
     const auto add_of_ball = [&](const char* name, double (*of)(double, double, double), const char* doc) {
         const auto call = [of](double force, double ball, double modulus) {
             return unlocked([&] { return of(force, ball, modulus); });
@@ -310,8 +312,7 @@ void bind_contact(nb::module_& m) {
             return unlocked([&] { return contact::strain_below_punch(indentation, depth, radius, poisson); });
         },
         nb::arg("indentation"), nb::arg("depth"), nb::arg("radius"), nb::arg("poisson") = 0.4,
-        "Return the stress over the modulus at a depth below the middle of a flat punch: what an afferent feels "
-        "there.\n"
+        "Return the stress over the modulus at a depth below a flat punch's middle: what an afferent feels there.\n"
         "indentation, depth, radius: m; poisson: Poisson's ratio of the half-space, 0..0.5.");
 }
 

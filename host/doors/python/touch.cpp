@@ -15,24 +15,24 @@ template <class Number> struct Column {
     size_t count = 0, step = 0, numbers = 0; // numbers: of a group
 };
 
-// Whether an array's last axes have these lengths, their numbers one after another, and its other axes are as one.
+// Whether an array is empty, or its last axes have these lengths without gaps, and its other axes are as one.
 bool has_groups(const AnyArray& array, const std::vector<size_t>& group) {
     const size_t inner = group.size(), outer = array.ndim() - std::min(array.ndim(), inner);
-    if (array.ndim() < inner) return false;
+    if (array.ndim() < inner || array.size() == 0) return array.ndim() >= inner;
     int64_t next = 1;
     for (size_t axis = array.ndim(); axis-- > outer; next *= int64_t(array.shape(axis)))
-        if (array.shape(axis) != group[axis - outer] || (array.size() && array.stride(axis) != next)) return false;
-    for (size_t axis = 0; array.size() && axis + 1 < outer; ++axis)
+        if (array.shape(axis) != group[axis - outer] || array.stride(axis) != next) return false;
+    for (size_t axis = 0; axis + 1 < outer; ++axis)
         if (array.stride(axis) != array.stride(axis + 1) * int64_t(array.shape(axis + 1))) return false;
-    return array.size() == 0 || outer == 0 || array.stride(outer - 1) >= 0;
+    return outer == 0 || array.stride(outer - 1) >= 0;
 }
 
-// NumPy's copy of numbers of a kind, "f" or "i", in C order and of another type, lists among them. Other things stay.
+// NumPy's copy of numbers of these kinds, or of none, in C order and of another type, lists among them. Others stay.
 nb::object converted(nb::handle argument, string_view kinds, const char* type) {
     try {
         if (is_masked(argument)) return nb::none();
         const nb::object numpy = nb::module_::import_("numpy"), array = numpy.attr("asarray")(argument);
-        if (kinds.find(nb::cast<std::string>(array.attr("dtype").attr("kind"))) == kinds.npos)
+        if (kinds.find(nb::cast<std::string>(array.attr("dtype").attr("kind"))) == kinds.npos && nb::len(array) != 0)
             return nb::borrow(argument);
         return numpy.attr("ascontiguousarray")(array, type);
     } catch (const nb::python_error&) {
@@ -85,21 +85,25 @@ void need_count(const char* parameter, size_t given, size_t needed, const char* 
 Column<int32_t> pads_in(nb::handle argument, const char* parameter) {
     Column<int32_t> column{.array = array_in(argument)};
     const auto& a = column.array;
+    const auto is = [&](nb::dlpack::dtype type) { return a && a->dtype() == type && has_groups(*a, {}); };
     const auto whole = [&] {
-        return a && (a->dtype() == nb::dtype<int64_t>() || a->dtype() == nb::dtype<int32_t>()) && has_groups(*a, {});
+        return is(nb::dtype<int64_t>()) || is(nb::dtype<uint64_t>()) || is(nb::dtype<int32_t>());
     };
-    if (!whole()) column.array = array_in(converted(argument, "iu", "int64"));
+    if (!whole()) column.array = array_in(converted(converted(argument, "u", "uint64"), "i", "int64"));
     if (!whole()) scene::refuse(parameter, description_of(argument), "whole numbers");
     column.count = a->size();
     column.step = a->ndim() == 0 ? 1 : size_t(a->stride(a->ndim() - 1));
-    if (a->dtype() == nb::dtype<int32_t>()) {
+    if (is(nb::dtype<int32_t>())) {
         column.data = static_cast<const int32_t*>(a->data());
         return column;
     }
     column.own.reserve(column.count);
+    const bool unsign = is(nb::dtype<uint64_t>());
     for (size_t i = 0; i < column.count; ++i) {
         const int64_t pad = static_cast<const int64_t*>(a->data())[i * column.step];
-        if (int32_t(pad) != pad) scene::refuse(parameter, std::to_string(pad), "whole numbers of 32 bits");
+        if (int32_t(pad) != pad || (unsign && pad < 0))
+            scene::refuse(parameter, unsign ? std::to_string(uint64_t(pad)) : std::to_string(pad),
+                          "whole numbers of 32 bits");
         column.own.push_back(int32_t(pad));
     }
     column.data = column.own.data(), column.step = 1;
@@ -157,7 +161,7 @@ contact::ContactReport add_to_touch(SharedTouch& shared, nb::handle middle, nb::
     const Column<double> places = column_in(position, "position", {{3}}),
                          forces = column_in(force, "force", {{3}, {6}});
     const Column<double> radii = sizes_in(radius, "radius"), balls = sizes_in(ball, "ball");
-    if (!radii.data && !balls.data && !bodies.data)
+    if (radius.is_none() && ball.is_none() && body.is_none())
         scene::refuse("radius", "None", "m, of the patches; or ball and modulus; or body, with shapes");
     Touch& touch = shared.touch;
     need_count("middle", middles.count, size_t(touch.count()), "pad");
@@ -245,33 +249,26 @@ void bind_touch(nb::module_& m) {
                      "body: dermis._typing.AnyArray | None = None, shapes: dermis.contact.Shapes | None = None) "
                      "-> ContactReport"),
              "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
-             "Arrays of float64 are read in place; columns of a table are fine. Other numbers, and lists, are "
-             "converted.\n"
+             "Arrays of float64 are read in place, also columns of a table; other numbers and lists are converted.\n"
              "middle: m, the middle of each pad in the world, of shape (count, 3). rotation: its axes as columns, of\n"
              "shape (count, 3, 3) or (count, 9), as MuJoCo's site_xmat.\n"
-             "pad: the number of the pad that each contact presses, integers. position: m, in the world, (contacts, "
-             "3).\n"
-             "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact. (contacts, 6): "
-             "and the\nmoment on it, N m, of contacts with torsion and rolling friction; shapes press with it, patches "
-             "do not.\n"
+             "pad: the pad that each contact presses, integers. position: m, in the world, (contacts, 3).\n"
+             "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact. (contacts, 6):\n"
+             "and the moment on it, N m, of torsion and rolling friction; shapes press with it, patches do not.\n"
              "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
-             "least 2*spacing. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.\n"
-             "body: the number of the body of each contact, from 0 on, or -1. shapes: what bodies look like. A body "
-             "with\n"
-             "shapes presses by them: its contacts give force, centre, shear and torsion, its shapes the profile.")
+             "least 2*spacing; this without ball. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as\n"
+             "hertz_radius takes it. body: the body of each contact, from 0 on, or -1. shapes: what bodies look like.\n"
+             "A body with shapes presses by them: contacts give force, centre, shear and torsion, shapes the profile.")
         .def(
             "add_depths", add_images, nb::arg("depth").none(), nb::arg("force").none(), nb::arg("gaps"),
             nb::sig(
                 "def add_depths(self, depth: dermis._typing.AnyArray, force: dermis._typing.AnyArray, gaps: bool) -> "
                 "ContactReport"),
-            "Take away what the last call added, press each pad by a depth image, and return the report of all "
-            "pads.\n\n"
-            "depth: m, of shape (.., height, width), one image for each pad; deeper is greater. float32 is read in "
-            "place,\n"
-            "other numbers and lists are converted.\n"
+            "Take away what the last call added, press each pad by a depth image, and return all pads' report.\n\n"
+            "depth: m, of shape (.., height, width), one image for each pad; deeper is greater. float32 is read\n"
+            "in place, other numbers and lists are converted.\n"
             "force: N, (.., 3), the force on each pad in its own frame, of which -z presses.\n"
-            "gaps: whether a depth below 0 is a gap, as rays give it. False: images stop at 0 where nothing "
-            "penetrates,\n"
+            "gaps: whether a depth below 0 is a gap, as rays give it. False: images stop at 0 where nothing does so,\n"
             "as of tactile sensors; then a force that wants to press cells beside them counts in the report's clipped.")
         .def(
             "report",

@@ -124,6 +124,21 @@ def test_arrays_without_numbers_add_nothing_or_are_refused_by_their_number(shape
     assert not pressure.any()
 
 
+@pytest.mark.parametrize("form", [lambda x: x[None, :], lambda x: x[:, None].T, lambda x: x[None, :][::-1],
+                                  lambda x: np.stack([x, x])[::-1][:1], lambda x: np.stack([x, x])[1:]])
+def test_one_row_of_numbers_or_one_column_presses_however_numpy_has_made_it(form):
+    one = form(np.arange(16, dtype=np.float32))
+    for turned in False, True:
+        values = one.T if turned else one
+        dense = np.ascontiguousarray(values)
+        alike = [np.zeros(values.shape, np.float32) for _ in range(2)]
+        for pressure, given in zip(alike, (values, dense)):
+            contact.add_taxels(contact.Pad(pressure, 1e-3), given, width=1e-3, height=1e-3)
+            if values.strides[-1] == 4 or values.shape[-1] == 1:
+                contact.add_depths(contact.Pad(pressure, 1e-3), given, 1.0)
+        assert alike[0].any() and (alike[0] == alike[1]).all()
+
+
 def test_taxels_that_another_thread_changes_press_only_what_was_checked():
     pressure, values, ended = np.zeros((400, 400), np.float32), np.ones((400, 400), np.float32), threading.Event()
 

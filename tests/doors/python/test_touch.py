@@ -62,6 +62,8 @@ def test_an_empty_call_takes_all_away_and_views_stay_valid(hand):
     none = np.zeros((0, 3))
     assert touch.add(middles, axes, np.zeros(0, int), none, none, radius=1e-3).asked == 0
     assert not pressure.any()
+    for sizes in {"radius": []}, {"ball": [], "modulus": 1e5}, {"body": [], "shapes": contact.Shapes(*[[]] * 7)}:
+        assert touch.add(middles, axes, [], [], [], **sizes).asked == 0
 
 
 def test_axes_of_pads_and_of_contacts_may_be_several(hand):
@@ -73,7 +75,7 @@ def test_axes_of_pads_and_of_contacts_may_be_several(hand):
 
 
 @pytest.mark.parametrize("change", [
-    lambda name, x: x.tolist(), lambda name, x: x.astype(np.uint8 if name == "pad" else np.float32),
+    lambda name, x: x.tolist(), lambda name, x: x.astype(">u8" if name == "pad" else ">f8"), lambda name, x: x.astype(np.uint8 if name == "pad" else np.float32),
     lambda name, x: np.asfortranarray(x), lambda name, x: x[::1] if x.ndim == 1 else np.repeat(x, 2, -1)[..., ::2]])
 def test_numbers_of_any_type_and_order_press_as_float64(hand, change):
     _, touch, middles, axes, pad, table = hand
@@ -197,7 +199,7 @@ def test_a_bottle_that_rolls_over_the_border_chatters_less_by_its_shape_than_by_
     ({"kind": [6], "size": [[6, 1, 0]], "faces": np.zeros((6, 4))}, "shapes.size[0] = 6, 1, 0; allowed: of a hull"),
     ({"kind": [6], "size": [[6, 0, 0]], "faces": np.zeros((6, 4))}, "shapes.faces[0][0] = 0, 0, 0, 0; allowed: a normal"),
     ({"position": [[0, 0, 0]] * 2}, "shapes.position = 2 of them; allowed: 1, one for each shape"),
-    ({"rotation": [2 * np.eye(3)]}, "poses.rotation[0] = 2; allowed: -1.001..1.001")])
+    ({"rotation": [2 * np.eye(3)]}, "shapes.rotation[0] = 2; allowed: -1.001..1.001")])
 def test_a_shape_that_is_wrong_is_refused_by_name(change, words):
     with pytest.raises(dermis.Error) as refused:
         pressed_by(box_below_a_finger(**change))
@@ -213,6 +215,8 @@ def test_a_shape_that_is_wrong_is_refused_by_name(change, words):
     ({"force": [[0, 0, 1], [1]]}, "force = [[0, 0, 1], [1]]; allowed: numbers of shape (..., 3) or (..., 6)"),
     ({"radius": None}, "radius = None; allowed: m, of the patches; or ball and modulus; or body, with shapes"),
     ({"pad": np.full(10, 2**40)}, "pad = 1099511627776; allowed: whole numbers of 32 bits"),
+    ({"pad": np.full(10, 2**64 - 1, np.uint64)}, "pad = 18446744073709551615; allowed: whole numbers of 32 bits"),
+    ({"body": np.full(10, 2**64 - 1, ">u8")}, "body = 18446744073709551615; allowed: whole numbers of 32 bits"),
     ({"position": np.zeros((10, 3), str)}, "position = "),
     ({"radius": np.ones(3)}, "radius = 3 of them; allowed: 10, one for each contact"),
     ({"position": None}, "position = None"),
