@@ -458,6 +458,9 @@ TEST_CASE("bench --errors runs every candidate below its bound, and the other me
     CHECK(errors.size() == 7);
     CHECK(command(folder, "bench " + scene + " --errors").status == 2);
     CHECK(command(folder, "bench " + scene + " --out " + out).status == 2);
+    const std::string own = folder.write("errors.csv", small);
+    CHECK(command(folder, "bench " + own + " --errors --out " + (folder / "").string()).status == 2);
+    CHECK(slurp(own) == small);
 }
 
 TEST_CASE("--json is all that plan, devices, check and run then print, and says what they say in words") {

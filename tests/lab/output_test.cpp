@@ -73,7 +73,8 @@ TEST_CASE("plot draws a run and a sweep, and what comes into their folder next r
     CHECK(names_in(out) == files + more + "traces.csv ");
 }
 
-TEST_CASE("plot draws spikes and the pattern that moves, and the next run removes these pictures") {
+TEST_CASE(
+    "plot draws spikes and the pattern that moves beside foreign files, and the next run removes these pictures") {
     const Folder folder;
     const std::string scene = folder.write(
         "scene.toml", "preset = \"fingertip\"\nsites = [[\"sa1\", 10, 10]]\nafferents = { type = \"sa1\" }\n"
@@ -86,10 +87,14 @@ TEST_CASE("plot draws spikes and the pattern that moves, and the next run remove
     const auto loads = output::Json::parse(slurp(fs::path(out) / "summary.json"))["loads"];
     CHECK(loads.dump() == R"([{"kind":"linear","control":"pressure","intensity":30000.0,"envelope":"step",)"
                           R"("center":[10,10],"radius":0,"radius_y":0}])");
+    for (const char* foreign : {"out/fine_texture.npy", "out/runs.csv", "out/strain_t2.npy"})
+        folder.write(foreign, "-");
     REQUIRE(command(folder, "plot " + out).status == 0);
+    CHECK_FALSE(fs::exists(fs::path(out) / "maps.png"));
     for (const char* picture : {"events.png", "events.svg", "receptors.png", "skin.svg", "spikes.png"})
         CHECK(fs::exists(fs::path(out) / picture));
     REQUIRE(command(folder, run).status == 0);
+    fs::remove(folder / "out/fine_texture.npy"), fs::remove(folder / "out/runs.csv");
     CHECK(names_in(out) == files);
 }
 
@@ -132,7 +137,7 @@ TEST_CASE("a run that would cost a scene its own input is refused before it remo
         CAPTURE(scene);
         const Outcome o = command(folder, "run " + scene + to_out + set);
         CHECK(o.status == 2);
-        CHECK_MESSAGE(o.err.find("dermis: " + (out / file).string() + ": the scene reads this file") == 0, o.err);
+        CHECK_MESSAGE(o.err.find("dermis: " + (out / file).string() + ": is read") == 0, o.err);
         CHECK(fs::exists(out / file));
         CHECK(slurp(out / "traces.csv") == before);
     };
@@ -143,8 +148,11 @@ TEST_CASE("a run that would cost a scene its own input is refused before it remo
     }
     const std::string here = "cd " + (folder / "").string() + " &&"; // a relative path as --out
     const Outcome relative = command(folder, "run scene.toml --device cpu --out ./out", here);
-    CHECK(relative.err.find("sa1_t0.05.npy: the scene reads this file as door/sa1_t0.05.npy") != std::string::npos);
+    CHECK(relative.err.find("sa1_t0.05.npy: is read as door/sa1_t0.05.npy") != std::string::npos);
     refused(folder.write("scene.toml", grid + "[sites]\npath = \"out/receptors.csv\"\n"), "receptors.csv");
+    // what dermis plot would draw, of a run and of a sweep
+    for (const std::string file : {"report.html", "surface.png", "sweep.svg"})
+        for (const char* set : {"", " --set load.intensity=1,2"}) refused(folder.write("out/" + file, grid), file, set);
     // a scene that lies in its own folder of results, under the name of one
     refused(folder.write("out/curvature_t1.npy", grid), "curvature_t1.npy");
     refused(folder.write("out/runs.csv", grid), "runs.csv", " --set load.intensity=1,2");

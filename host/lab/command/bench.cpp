@@ -3,6 +3,7 @@
 
 #include "host/core/base/text.hpp"
 #include "host/core/press/device.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "plot_script.h"
 
@@ -205,8 +206,9 @@ int bench_scene(const std::string& path, int pads, const std::string& device) {
     return 0;
 }
 
-int bench_errors(const std::string& path, const std::string& out, const std::string& device) {
-    const Scene scene = Scene::from_file(path);
+int bench_errors(const std::string& path, const output::Path& out, const std::string& device) {
+    const auto [scene, files] = scene::read_scene(path, {});
+    output::need_inputs_kept(files, {out / "errors.csv", out / "errors.png"});
     const Device cpu = Device::cpu(), other = Device::open(device);
     std::vector<Way> ways;
     add_candidates(ways, scene, cpu, other);

@@ -63,7 +63,7 @@ int bench_scene(const std::string& path, int pads, const std::string& device);
 // dermis bench --errors: runs the scene by every candidate of its plan, and by every other method at its step, a half
 // and a quarter of it. Writes errors.csv and errors.png into a folder. device: of the candidates on Vulkan, beside the
 // CPU's; "cpu": none. Returns 1 if an error is above its bound.
-int bench_errors(const std::string& scene, const std::string& out, const std::string& device);
+int bench_errors(const std::string& scene, const output::Path& out, const std::string& device);
 
 struct FitArguments {
     std::vector<std::string> data;

@@ -29,7 +29,7 @@ int fit_data(const FitArguments& a) {
     const output::Path out = a.out;
     std::optional<output::Folder> folder;
     if (!a.out.empty()) {
-        output::need_inputs_kept(out, 0, {"fit.csv", "fit.png", "material.toml"}, a.data);
+        output::need_inputs_kept(a.data, {out / "fit.csv", out / "fit.png", out / "material.toml"});
         folder.emplace(out);
     }
     const output::Python python = output::python_with("scipy");

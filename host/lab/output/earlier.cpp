@@ -16,13 +16,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// What dermis plot may write into the folder of a run or a sweep.
+const std::vector<std::string> drawn = {"report.html",   "skin.png",   "skin.svg",    "traces.png",  "traces.svg",
+                                        "maps.png",      "maps.svg",   "surface.png", "surface.svg", "receptors.png",
+                                        "receptors.svg", "spikes.png", "spikes.svg",  "events.png",  "events.svg",
+                                        "sweep.png",     "sweep.svg"};
+
 // Whether a run has files of this name, or a sweep pictures: the fixed ones, and {quantity}_t{time}.npy.
 bool is_result(const std::string& name) {
     for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "spikes.npy",
-                              "afferents.csv", "psth.csv", "summary.json", "report.html"})
+                              "afferents.csv", "psth.csv", "summary.json"})
         if (name == fixed) return true;
-    for (const std::string picture : {"skin", "traces", "maps", "surface", "receptors", "spikes", "events", "sweep"})
-        if (name == picture + ".png" || name == picture + ".svg") return true;
+    if (std::ranges::count(drawn, name)) return true;
     const size_t time = name.find("_t");
     if (time == name.npos || !name.ends_with(".npy")) return false;
     const std::string number = name.substr(time + 2, name.size() - 4 - (time + 2));
@@ -59,21 +64,6 @@ size_t lines_of_sweep(const fs::path& folder) {
     std::ifstream table = opened(folder / "runs.csv");
     for (std::string line; std::getline(table, line);) ++lines;
     return lines;
-}
-
-// Refuses the first of the files that is an input.
-void need_none(const std::vector<std::string>& inputs, const std::vector<fs::path>& files) {
-    std::error_code none;
-    for (const fs::path& file : files) {
-        if (!fs::exists(file, none)) continue;
-        const auto input = std::ranges::find_if(inputs, [&](auto& path) { return fs::equivalent(path, file, none); });
-        if (input == inputs.end()) continue;
-        throw Error(
-            Error::Code::bad_input, "",
-            fmt::format("{}: the scene reads this file{}, and a run would remove or replace it; allowed: another "
-                        "--out, or inputs that lie elsewhere",
-                        file.string(), *input == file ? "" : " as " + *input));
-    }
 }
 
 std::string text_in(const Path& file) {
@@ -118,13 +108,28 @@ bool is_ours(const Path& folder) {
     return begins_with(folder / "summary.json", made_by_dermis) || begins_with(folder / "runs.csv", runs_columns);
 }
 
+void need_inputs_kept(const std::vector<std::string>& inputs, const std::vector<fs::path>& files) {
+    std::error_code none;
+    for (const fs::path& file : files) {
+        if (!fs::exists(file, none)) continue;
+        const auto input = std::ranges::find_if(inputs, [&](auto& path) { return fs::equivalent(path, file, none); });
+        if (input == inputs.end()) continue;
+        throw Error(
+            Error::Code::bad_input, "",
+            fmt::format("{}: is read{}, and this command or dermis plot would remove or replace it; allowed: another "
+                        "--out, or inputs that lie elsewhere",
+                        file.string(), *input == file ? "" : " as " + *input));
+    }
+}
+
 void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std::string>& written,
                       const std::vector<std::string>& inputs) {
     const size_t lines = lines_of_sweep(folder);
     const auto check = [&](const fs::path& of_run, const std::vector<std::string>& names) {
         std::vector<fs::path> files = earlier_run(of_run).files;
-        for (const std::string& name : names) files.push_back(of_run / name);
-        need_none(inputs, files);
+        for (const auto* list : {&names, &drawn})
+            for (const std::string& name : *list) files.push_back(of_run / name);
+        need_inputs_kept(inputs, files);
     };
     check(folder, runs ? std::vector<std::string>{"runs.csv"} : written);
     for (size_t run = 1; run < std::max(runs + 1, lines); ++run)

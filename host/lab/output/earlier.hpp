@@ -16,9 +16,12 @@ inline const std::string made_by_dermis = "{\n  \"program\": \"dermis\","; // be
 // Returns whether summary.json or runs.csv shows that dermis wrote into a folder.
 bool is_ours(const std::filesystem::path& folder);
 
-// Throws Error::bad_input where one of `inputs`, which the scenes read, is a file that would be removed or
-// replaced. runs: 0 for a run into `folder`, else a sweep's runs 1 .. runs below it. written: names of the files that
-// such a run writes.
+// Throws Error::bad_input where one of `inputs`, which a command reads, is one of the files that would be removed or
+// replaced.
+void need_inputs_kept(const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& files);
+
+// The same for the files of runs and of their pictures. runs: 0 for a run into `folder`, else a sweep's runs 1 .. runs
+// below it. written: names of the files that such a run writes.
 void need_inputs_kept(const std::filesystem::path& folder, size_t runs, const std::vector<std::string>& written,
                       const std::vector<std::string>& inputs);
 
