@@ -101,17 +101,19 @@ def run_in(folder: Path) -> Run:
     summary = _read(folder / "summary.json", json.load)
     if "unfinished" in summary:
         raise ValueError(f"{folder}: its files are those of a run that was stopped; run it again")
+    written = [file["file"] for file in summary["files"]]  # others may lie beside them
     columns = _read(folder / "traces.csv", _table)
     fields = {}
-    for path in folder.glob("*_t*.npy"):
-        quantity, _, at = path.stem.partition("_t")
-        fields[quantity, float(at)] = _read(path, np.load, "rb")
+    for name in written:
+        quantity, of_time, at = name.removesuffix(".npy").partition("_t")
+        if of_time:
+            fields[quantity, float(at)] = _read(folder / name, np.load, "rb")
     receptors, responses = [], np.empty((0, 0))
-    if (folder / "receptors.csv").exists():
+    if "receptors.csv" in written:
         receptors = [(row["type"], int(row["x"]), int(row["y"])) for row in _read(folder / "receptors.csv")]
         responses = _read(folder / "responses.npy", np.load, "rb")
     spikes, fibres = np.empty(0, [("time", "f8"), ("afferent", "u4")]), []
-    if (folder / "afferents.csv").exists():
+    if "afferents.csv" in written:
         spikes = _read(folder / "spikes.npy", np.load, "rb")
         fibres = [(row["class"], float(row["x"]), float(row["y"])) for row in _read(folder / "afferents.csv")]
     plan, grid, moving = summary["plan"], summary["grid"], summary.get("pattern")  # earlier versions have none
@@ -307,7 +309,7 @@ def skin(run: Run) -> Figure | None:
 def surface(run: Run) -> Figure | None:
     """Draw the skin's surface as it is pressed, lit from the side, and a cut through its deepest row."""
     times = _chosen(sorted(t for name, t in run.fields if name == "deformation"))
-    if not times:
+    if not times or min(run.width, run.height) < 2:  # no light falls from the side on a line
         return None
     label, factor = run.label("deformation")
     unit, cell = run.length()
@@ -429,10 +431,10 @@ class Sweep:
 def sweep_of(rows: list[dict[str, str]], unit_of: Callable[[str], str], spacing: float | None) -> Sweep:
     """Take the rows of runs.csv. unit_of: the unit of a key. spacing: m between cells; None: lengths have no unit."""
     names = list(rows[0])
-    outcomes = [name for name in names if name.endswith(("_final", "_peak", "_peak_time"))]
-    first = names.index("cells_different") + 1
-    end = names.index(outcomes[0]) if outcomes else names.index("set")
-    units = {key: unit_of(key) for key in names[first:end]}
+    of_first = names[names.index("cells_different") + 1:names.index("set")]
+    outcomes = [name for name in dict.fromkeys(name for row in rows for name in row)
+                if name.endswith(("_final", "_peak", "_peak_time"))]
+    units = {key: unit_of(key) for key in of_first if key not in outcomes}
     return Sweep(rows, {key: "" if unit == "m" and not spacing else unit for key, unit in units.items()}, outcomes)
 
 
@@ -453,7 +455,8 @@ def sweep(of: Sweep) -> Figure | None:
     if not shown or not of.keys:
         return None
     columns: dict[str, tuple[str, ...]] = {"mean of all cells": ("mean",)}
-    columns |= {"cell that answers most": ("min", "max")} if f"{shown[0]}_max_peak" in of.outcomes else {}
+    if any(f"{name}_max_peak" in of.outcomes for name in shown):
+        columns["cell that answers most"] = ("min", "max")
     along, curves = _curves(of)
     texts = list(dict.fromkeys(row[along] for row in of.rows))
     try:
@@ -465,7 +468,7 @@ def sweep(of: Sweep) -> Figure | None:
     for name, row in zip(shown, panels):
         for (title, statistics), panel in zip(columns.items(), row):
             for i, (label, rows) in enumerate(curves.items()):
-                peaks = [max((float(r[f"{name}_{s}_peak"]) for s in statistics), key=abs) for r in rows]
+                peaks = [max((float(r.get(f"{name}_{s}_peak") or "nan") for s in statistics), key=abs) for r in rows]
                 points = sorted(zip((places[r[along]] for r in rows), peaks))
                 panel.plot(*zip(*points), "o-", markersize=3, color=_colour(i, len(curves)),
                            label=label if i < MOST_LINES else None)
@@ -651,12 +654,15 @@ def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> N
 
 def read(folder: Path, unit_of: Callable[[str], str]) -> Run | Sweep:
     """Read a folder of `dermis run`: a run, or a sweep."""
-    if (folder / "runs.csv").exists():
+    def is_ours(name: str, start: bytes) -> bool:
+        return (folder / name).is_file() and (folder / name).read_bytes().startswith(start)
+
+    if is_ours("runs.csv", b"run,model,precision,"):
         rows = _read(folder / "runs.csv")
         return sweep_of(rows, unit_of, run_in(folder / rows[0]["run"]).spacing)
-    if (folder / "summary.json").exists():
+    if is_ours("summary.json", b'{\n  "program": "dermis",'):
         return run_in(folder)
-    raise FileNotFoundError(f"{folder}: has neither summary.json nor runs.csv; allowed: a folder of `dermis run`")
+    raise FileNotFoundError(f"{folder}: has neither summary.json nor runs.csv of dermis; allowed: a folder of `dermis run`")
 
 
 def figures_of(source: Run | Sweep) -> dict[str, Figure]:

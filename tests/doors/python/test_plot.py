@@ -2,6 +2,7 @@
 """Pictures of runs and sweeps, and the page that has them."""
 import base64
 import io
+import json
 import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
@@ -151,6 +152,15 @@ def test_a_sweep_is_drawn_over_the_key_with_the_most_values():
     assert [tick.get_text() for tick in texts.axes[-1].get_xticklabels()] == ["wave", "flat"]
 
 
+def test_a_sweep_of_what_is_traced_shows_what_some_runs_have_and_a_grid_of_one_cell_no_surface():
+    one = dict(TRACES, grid=dict(GRID, width=1, height=1), load={}, output=dict(TRACES["output"], probes=[]))
+    assert list(dermis.plot(dermis.run(one))) == ["traces", "maps"]
+    rows = dermis.sweep(dict(one, output={}), {"output.traces": [[], ["sa1"], ["fa1", "sa1"]], "output.extremes": [False, True]})
+    axes = dermis.plot(rows)["sweep"].axes
+    drawn = [np.isfinite(line.get_ydata()).sum() for panel in axes for line in panel.lines]
+    assert len(axes) == 4 and drawn == [2, 2, 0, 2, 1, 1, 0, 1]
+
+
 def test_rows_have_the_values_and_what_each_trace_comes_to():
     rows = dermis.sweep(dict(TRACES, output={"probes": [[20, 15]]}), {"load.intensity": [1e4, 2e4]})
     for row in rows:
@@ -169,16 +179,21 @@ def test_what_cannot_be_drawn_is_refused_by_name(tmp_path):
         dermis.plot(np.zeros(3))
     with pytest.raises(dermis.Error, match=r"what = \[\{'a': 1\}\]; allowed: a Result, the rows of"):
         dermis.plot([{"a": 1}])
-    with pytest.raises(dermis.Error, match=r"what = .*: has neither summary.json nor runs.csv; allowed: a folder of"):
+    (tmp_path / "summary.json").write_text("{}")
+    with pytest.raises(dermis.Error, match=r"what = .*: has neither summary.json nor runs.csv of dermis; allowed: a folder"):
         dermis.plot(tmp_path)
 
 
+OURS = '{\n  "program": "dermis", '  # begins each summary.json
+
+
 @pytest.mark.parametrize("name, text, says", [
-    ("summary.json", '{"plan": {"met', "Unterminated string"), ("traces.csv", "", "its first column is not time"),
+    ("summary.json", OURS + '"met', "Unterminated string"), ("traces.csv", "", "its first column is not time"),
     ("traces.csv", "time,sa1_mean\n0,x\n", "could not convert string to float: 'x'"),
     ("sa1_t0.05.npy", "\x93NUMPY", "EOF"), ("responses.npy", "no numbers", "pickled")])
 def test_a_damaged_file_of_a_folder_is_named(tmp_path, name, text, says):
-    (tmp_path / "summary.json").write_text("{}")
+    files = ["traces.csv", "receptors.csv", "sa1_t0.05.npy"][:2 + name.startswith("sa1")]
+    (tmp_path / "summary.json").write_text(OURS + '"files": ' + json.dumps([{"file": file} for file in files]) + "}")
     (tmp_path / "traces.csv").write_text("time,sa1_mean\n0,0\n")
     (tmp_path / "receptors.csv").write_text("type,x,y\nsa1,1,2\n")
     (tmp_path / name).write_bytes(text.encode("latin-1"))
