@@ -211,6 +211,11 @@ TEST_CASE("dermis fit reads strain under a stress, and warns of elements that th
                                                 " --elements 1 --residual absolute");
     CHECK_MESSAGE(dashpot.out.find("{ modulus = 0, viscosity = 0.5 }") != std::string::npos, dashpot.out);
     CHECK(dashpot.out.find("E(t)") == std::string::npos);
+    for (const char* spring : {"time,compliance\n0,3\n1,3\n2,3\n", "time,modulus\n0,3\n1,3\n2,3\n",
+                               "time,strain,stress\n0,1,3\n1,2,6\n2,1,3\n"}) {
+        const Outcome one = command(folder, "fit " + folder.write("spring.csv", spring));
+        CHECK_MESSAGE((one.out.find("# 1: spring") != std::string::npos && one.err.empty()), one.err);
+    }
 }
 
 TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
@@ -231,6 +236,9 @@ TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
         {"time,strain\n1,2\n", "", "second column = \"strain\"; allowed: strain with --stress, the stress in Pa"},
         {"time,modulus\n1,2\n", "--stress 2", "second column = \"modulus\"; allowed: strain with --stress"},
         {"time,strain\n1,2\n", "--stress -1", "stress = -1; allowed: a finite number > 0"},
+        {"time,strain,stress\n1,1,1\n2,1,1\n1.5,1,1\n", "",
+         "bad.csv:4: time = 1.5; allowed: no time before the one before it"},
+        {"time,modulus\n1,2\n2,1\n", "", "bad.csv: times = 2 numbers; allowed: at least 5 for 2 elements"},
         {"time,modulus\n", "", "bad.csv: holds no numbers; allowed: a line of names"},
         {"time;modulus\n1,5;2,0\n", "", "bad.csv:1: line = \"time;modulus\"; allowed: 2 columns with commas between"},
         {"time,modulus\n1,2\n", "--elements 9", "--elements"},

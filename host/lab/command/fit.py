@@ -284,7 +284,7 @@ def _roots(poles: Array, weights: Array, level: float) -> tuple[Array, Array]:
     There is one in each gap of the ascending poles, and one beyond the last if level > 0. The first pole may be 0.
     """
     ends = poles.copy()
-    if len(poles) and poles[0] == 0:  # of the first gap, of which no root is below this
+    if len(poles) and poles[0] == 0 and (len(poles) > 1 or level > 0):  # of the first gap, of which no root is below this
         ends[0] = weights[0] / level if len(poles) == 1 else min(
             poles[1] / 2, weights[0] / (level + 2 * weights[1:].sum() / poles[1]))
     beyond = [poles[-1] + weights.sum() / level] if level > 0 and len(poles) else []
@@ -568,7 +568,7 @@ def main() -> int:
             text += f"# {out}/{name}\n"
         print(text, end="", flush=True)
     except Refused as refused:
-        print(f"dermis: {refused}", file=sys.stderr)
+        print(f"dermis: {asked['title']}: {refused}", file=sys.stderr)
         return 2
     except (MemoryError, OSError) as failed:
         print(f"dermis: {str(failed) or 'out of memory'}", file=sys.stderr, flush=True)
