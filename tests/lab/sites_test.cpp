@@ -158,7 +158,9 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
     CHECK(int(s.sites[1].type) == int(Quantity::fa2));
     CHECK(s.sites[1].cell.x == 19);
     for (auto [list, says] :
-         {std::pair{"sa1,3,4\n", "list.csv\":1: line = \"sa1,3,4\"; allowed: names of columns, type,x,y, or with"},
+         {std::pair{"sa1,3,4\n",
+                    "list.csv\":1: line = \"sa1,3,4\"; allowed: names of columns, each once: type,x,y, or with"},
+          {"type,x,type,y\nsa1,1,fa1,2\n", ":1: line = \"type,x,type,y\"; allowed: names of columns, each once"},
           {"type,x,y\nsa1,3\n", "list.csv\":2: line = \"sa1,3\"; allowed: 3 columns with commas"},
           {"type,x,y\nsa1,1,1\nsa3,3,4\n", ":3: type = \"sa3\"; allowed: sa1, sa2, fa1, fa2; the line: \"sa3,3,4\""},
           {"type,x,y\nsa1,1,1,1\n", ":2: line = \"sa1,1,1,1\"; allowed: 3 columns"},

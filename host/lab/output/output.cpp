@@ -144,21 +144,21 @@ std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{
 // Returns the summary of a result, behind its first keys.
 Json summary_of(const Scene& s, const Result& r, Json json) {
     const auto known = [](auto number, bool is) { return is ? Json(number) : Json(); };
+    const auto given = [](const auto& number) { return number ? Json(*number) : Json(); };
     DERMIS_KEYS(json["device"], r.device, name, kind, driver, uuid, exact);
     Json& plan = json["plan"];
     DERMIS_KEYS(plan, r, model);
     DERMIS_KEYS(plan, s, method);
     DERMIS_KEYS(plan, r, precision, predicted_error, measured_error, measured_cells, unmeasured);
     DERMIS_KEYS(json["grid"], s.grid, width, height);
-    json["grid"]["spacing"] = known(s.grid.spacing.value_or(0), s.grid.spacing.has_value());
+    json["grid"]["spacing"] = given(s.grid.spacing);
     Json& loads = json["loads"] = Json::array();
     for (size_t i = 0; i <= s.more_loads.size(); ++i) {
         const Load& l = i ? s.more_loads[i - 1] : s.load;
-        const Cell center = l.center.value_or(Cell{s.grid.width / 2, s.grid.height / 2});
         Json load = {{"kind", scene::text_of(l.kind)}, {"control", scene::text_of(l.control)}};
         load.update({{"intensity", l.intensity}, {"envelope", scene::text_of(l.envelope.kind)}});
-        load.update({{"center", {center.x, center.y}}, {"radius", l.radius.value_or(0)}});
-        load["radius_y"] = l.radius_y.value_or(0);
+        load["center"] = l.center ? Json{l.center->x, l.center->y} : Json();
+        load.update({{"radius", given(l.radius)}, {"radius_y", given(l.radius_y)}});
         loads.push_back(load);
     }
     json["pattern"] = Json();

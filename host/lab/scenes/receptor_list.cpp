@@ -12,12 +12,14 @@ namespace dermis::scene {
 
 std::vector<Site> read_sites(const std::string& path, const Grid& grid) {
     TableFile file(path, "sites.path");
-    const std::string allowed = "names of columns, type,x,y, or with grid.spacing type,x_m,y_m, and id beside them";
+    const std::string allowed =
+        "names of columns, each once: type,x,y, or with grid.spacing type,x_m,y_m, and id beside them";
     if (!file.next()) file.refuse_file("is empty; allowed: " + allowed);
     const std::vector<std::string> names(file.words().begin(), file.words().end());
     const auto column = [&](std::string_view name) { return size_t(std::ranges::find(names, name) - names.begin()); };
-    const auto known = [](const std::string& name) {
-        return std::string_view(" id type x y x_m y_m ").find(" " + name + " ") != std::string::npos;
+    const auto known = [&](const std::string& name) {
+        return std::ranges::count(names, name) == 1 &&
+               std::string_view(" id type x y x_m y_m ").find(" " + name + " ") != std::string::npos;
     };
     const bool places = grid.spacing && column("x_m") < names.size();
     const size_t type = column("type"), columns[] = {column(places ? "x_m" : "x"), column(places ? "y_m" : "y")};
