@@ -137,8 +137,8 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
     CHECK(refused([](Afferents& a) {
               a.cells.clear(), a.endings = 8;
           }).starts_with("afferents[0].endings = 8; allowed: 1 at sites, unless a line radius = \"1.5 mm\" says"));
-    CHECK(refused([](Afferents& a) { a.endings = 0; }) == "afferents[0].endings = 0; allowed: 1 to 64");
-    CHECK(refused([](Afferents& a) { a.endings = 65; }) == "afferents[0].endings = 65; allowed: 1 to 64");
+    CHECK(refused([](Afferents& a) { a.endings = 0; }) == "afferents[0].endings = 0; allowed: a whole number, 1..64");
+    CHECK(refused([](Afferents& a) { a.endings = 65; }) == "afferents[0].endings = 65; allowed: a whole number, 1..64");
     CHECK(refused([](Afferents& a) { a.endings = 3; }) ==
           "afferents[0].endings = 3; allowed: a divisor of the number of cells, 7");
     CHECK(refused([](Afferents& a) { a.follow = Signal::stress; }) ==

@@ -74,7 +74,8 @@ TEST_CASE("a struct with rows is read and checked by them alone") {
     CHECK(refused("length = 0") == "probe.length = 0; allowed: a finite number > 0");
     CHECK(refused("length = \"2 mm\"") == "probe.length = '2 mm'; allowed: a number of cells: the grid has no spacing");
     CHECK(refused(length + "count = 3") == "probe.count = 3; allowed: only with probe.kind = \"rough\"");
-    CHECK(refused(length + "kind = \"rough\"\ncount = 0") == "probe.count = 0; allowed: 1..16384");
+    CHECK(refused(length + "kind = \"rough\"\ncount = 0") == "probe.count = 0; allowed: a whole number, 1..16384");
+    CHECK(refused(length + "kind = \"rough\"\ncount = 2.5") == "probe.count = 2.5; allowed: a whole number, 1..16384");
     CHECK(refused(length + "times = [1, -2]") == "probe.times = -2; allowed: a finite number >= 0");
     CHECK(refused(length + "pair = [1]") == "probe.pair = [ 1 ]; allowed: two numbers, as [0.5, 1]");
     CHECK(refused(length + "kind = \"rouh\"") ==
@@ -158,13 +159,13 @@ TEST_CASE("a number outside a key's range is refused by the key's name and the r
         {"a finite number > 0", {"0", "-1", "nan", "inf"}},
         {"a finite number >= 0", {"-1", "nan", "inf"}},
         {"a finite number < 1", {"1", "nan", "-inf"}},
-        {"whole cells, 1..16384", {"0", "16385", "100000"}},
-        {"whole cells, 1..65536", {"0", "65537"}},
+        {"whole cells, 1..16384", {"0", "16385", "100000", "2.5"}},
+        {"whole cells, 1..65536", {"0", "65537", "2.5"}},
         {"> 0, at most 1", {"0", "1.5", "nan"}},
         {"0..0.5", {"-0.1", "0.6", "nan"}},
         {"-1e9..1e9", {"-1.1e9", "2e9", "nan"}},
-        {"1..16384", {"0", "16385"}},
-        {"1 to 64", {"0", "65"}},
+        {"a whole number, 1..16384", {"0", "16385", "2.5"}},
+        {"a whole number, 1..64", {"0", "65", "2.5"}},
         {"0 to 5", {"-0.1", "5.5", "nan"}},
         {"a whole number, -1e9..1e9", {"-1000000001", "2000000000", "0.5"}},
         {"a number > 0, at most 1e6; in tables of a scene also \"median\" or \"threshold\"", {"0", "2e6", "nan"}}};
@@ -206,7 +207,7 @@ TEST_CASE("a key beside which another one is missing is refused, and the error s
     CHECK(asked > 15);
 }
 
-TEST_CASE("a word that a key does not have is refused with those that it has, and a unit with the key's own") {
+TEST_CASE("a word that a key does not have is refused with those that it takes, and a unit with the key's own") {
     int words = 0, units = 0;
     for (const scene::KeyRow& row : scene::key_rows()) {
         CAPTURE(row.table + row.name);
@@ -214,6 +215,13 @@ TEST_CASE("a word that a key does not have is refused with those that it has, an
         if (row.type.starts_with("Literal[") && row.allowed.starts_with('"')) {
             const std::string why = said_of(place_of(row), row.name, "\"bumpy\"");
             CHECK_MESSAGE(why.find(row.name + " = 'bumpy'; allowed: " + row.allowed) != std::string::npos, why);
+            ++words;
+        }
+        if (row.allowed.starts_with("a list of ")) {
+            const std::string listed = row.allowed.substr(10), why = said_of(place_of(row), row.name, "[\"bumpy\"]");
+            CHECK_MESSAGE(why.find(row.name + " = 'bumpy'; allowed: " + listed) != std::string::npos, why);
+            CHECK_NOTHROW(
+                Scene::from_string(place_of(row).toml, {place_of(row).prefix + row.name + "=[" + listed + "]"}));
             ++words;
         }
         if (!scene::can_be_in(row.unit) || row.type == "Numbers") continue;

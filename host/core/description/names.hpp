@@ -51,18 +51,22 @@ template <class Enum> constexpr std::optional<Enum> value_of(std::string_view te
     return {};
 }
 
-// Returns all names in alphabetical order.
-template <class Enum> std::vector<std::string> names() {
+using Holds = bool (*)(double); // whether a key takes a number, or a value of an enum
+inline constexpr Holds always = [](double) { return true; };
+
+// Returns the names of the values that hold in alphabetical order.
+template <class Enum> std::vector<std::string> names(Holds holds = always) {
     std::vector<std::string> texts;
-    for (const Name<Enum>& name : Names<Enum>::all) texts.push_back(name.text);
+    for (const Name<Enum>& name : Names<Enum>::all)
+        if (holds(double(name.value))) texts.push_back(name.text);
     std::sort(texts.begin(), texts.end());
     return texts;
 }
 
-// Lists all names in quotes, for the allowed values in an error message.
-template <class Enum> std::string quoted_names() {
+// Lists these names in quotes, for the allowed values in an error message.
+template <class Enum> std::string quoted_names(Holds holds = always) {
     std::string list;
-    for (const std::string& text : names<Enum>()) list += (list.empty() ? "\"" : ", \"") + text + "\"";
+    for (const std::string& text : names<Enum>(holds)) list += (list.empty() ? "\"" : ", \"") + text + "\"";
     return list;
 }
 

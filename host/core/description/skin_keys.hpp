@@ -14,12 +14,12 @@
 
 namespace dermis::scene {
 
-// The numbers that a key takes, in the words of an error.
+// The numbers that a key takes, in the words of an error. Without words: those of an enum, which has names.
 struct Range {
     const char* words;
-    bool (*holds)(double);
+    Holds holds;
 };
-inline constexpr Range no_range{"", [](double) { return true; }};
+inline constexpr Range no_range{"", always};
 
 // In place of a member where a key's table is read by code: what Python calls its type.
 struct Special {
@@ -94,13 +94,14 @@ inline constexpr Range number{"a finite number", [](double) { return true; }},
     share{"> 0, at most 1", [](double x) { return x > 0 && x <= 1; }},
     half{"0..0.5", [](double x) { return x >= 0 && x <= 0.5; }},
     radians{"-1e9..1e9", [](double x) { return std::abs(x) <= 1e9; }},
-    counts{"1..16384", [](double x) { return x >= 1 && x <= 16384; }},
+    counts{"a whole number, 1..16384", [](double x) { return x >= 1 && x <= 16384; }},
     below_1{"a finite number < 1", [](double x) { return x < 1; }},
-    fibre_endings{"1 to 64", [](double x) { return x >= 1 && x <= 64; }},
+    fibre_endings{"a whole number, 1..64", [](double x) { return x >= 1 && x <= 64; }},
     sensitivities{"a number > 0, at most 1e6; in tables of a scene also \"median\" or \"threshold\"",
                   [](double x) { return x > 0 && x <= 1e6; }},
     seeds{"a whole number, -1e9..1e9", [](double x) { return std::abs(x) <= 1e9; }},
-    spreads{"0 to 5", [](double x) { return x >= 0 && x <= 5; }};
+    spreads{"0 to 5", [](double x) { return x >= 0 && x <= 5; }},
+    of_classes{"", [](double q) { return q >= double(Quantity::sa1) && q <= double(Quantity::fa2); }};
 
 template <>
 inline constexpr auto rows<Grid> =
@@ -199,7 +200,7 @@ inline constexpr auto rows<AfferentModel> = std::tuple{
         "up to two currents that a spike starts"}};
 template <>
 inline constexpr auto rows<Afferents> = std::tuple{
-    Key{"type", &Afferents::type, "", no_range, "", "of the afferents"},
+    Key{"type", &Afferents::type, "", of_classes, "", "of the afferents"},
     Key{"cells", &Afferents::cells, "cells", no_range, "the sites of the class", "of their endings"},
     Key{"follow", &Afferents::follow, "", no_range, "", "the input: strain or stress"},
     Key{"endings", &Afferents::endings, "", fibre_endings, "", "of each afferent"},

@@ -7,10 +7,7 @@
 #include "dermis/description.hpp"
 #include "host/core/base/quadrature.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <vector>
 

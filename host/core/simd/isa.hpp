@@ -6,7 +6,6 @@
 #include "host/core/simd/model.hpp"
 
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace dermis::simd {

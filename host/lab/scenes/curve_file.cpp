@@ -4,7 +4,6 @@
 #include "host/lab/scenes/table_file.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace dermis::scene {
 namespace {
@@ -52,11 +51,11 @@ void read_point(const TableFile& line, const Columns& names, const Curves& all, 
         relative ? "a finite number > 0; any finite number with --residual absolute" : "a finite number";
     line.need_columns(names.size());
     const char* of_time = history ? "a finite number" : "a finite number >= 0";
-    const double least = !history ? 0 : curve.times.empty() ? -HUGE_VAL : curve.times.back();
-    curve.times.push_back(line.number(0, "time", of_time));
+    const double time = line.number(0, "time", of_time), before = curve.times.empty() ? time : curve.times.back();
+    curve.times.push_back(time);
     curve.strains.push_back(history ? line.number(1, "strain") : 0);
     const double value = line.number(names.size() - 1, names.back(), allowed);
-    if (curve.times.back() < least)
+    if (time < (history ? before : 0))
         line.refuse("time", line.words()[0], history ? "no time before the one before it" : of_time);
     if (relative && value <= 0) line.refuse(names.back(), line.words().back(), allowed);
     curve.values.push_back(value / divisor);

@@ -19,11 +19,11 @@ template <class T> std::string shown(const T& value) {
     } else return "";
 }
 
-template <class T> std::string python_type(const std::string& unit, bool optional) {
+template <class T> std::string python_type(const std::string& unit, bool optional, Holds holds) {
     if constexpr (std::is_same_v<T, bool>) return "bool";
     else if constexpr (std::is_same_v<T, int>) return unit == "cells" && optional ? "CellOrPlace" : "int";
     else if constexpr (std::is_same_v<T, double>) return can_be_in(unit) ? "NumberWithUnit" : "float";
-    else if constexpr (std::is_enum_v<T>) return "Literal[" + quoted_names<T>() + "]";
+    else if constexpr (std::is_enum_v<T>) return "Literal[" + quoted_names<T>(holds) + "]";
     else if constexpr (std::is_same_v<T, Depths>) return "Literal[\"fingertip\"] | Mapping[str, Any]";
     else if constexpr (std::is_same_v<T, DepthKernels>)
         return "Literal[" + quoted_names<DepthKernel>() + "] | Mapping[str, Any]";
@@ -32,15 +32,15 @@ template <class T> std::string python_type(const std::string& unit, bool optiona
     else if constexpr (requires(T t) { double(*t.begin()); }) return "Numbers";
     else if constexpr (requires(T t) { t.begin(); }) {
         using Item = typename T::value_type;
-        return "Sequence[" + python_type<Item>("", false) + "]";
+        return "Sequence[" + python_type<Item>("", false, holds) + "]";
     } else return "Mapping[str, Any]";
 }
 
-template <class T> std::string allowed() {
-    if constexpr (std::is_enum_v<T>) return quoted_names<T>();
+template <class T> std::string allowed(Holds holds) {
+    if constexpr (std::is_enum_v<T>) return quoted_names<T>(holds);
     else if constexpr (std::is_same_v<T, bool>) return "true, false";
     else if constexpr (requires { requires std::is_enum_v<typename T::value_type>; })
-        return "a list of " + quoted_names<typename T::value_type>();
+        return "a list of " + quoted_names<typename T::value_type>(holds);
     else return "";
 }
 
@@ -58,8 +58,8 @@ template <class T, class Member> KeyRow row_of(const char* table, const Key<Memb
         const auto value = Owner().*key.member;
         using Value = typename Held<std::remove_cvref_t<decltype(value)>>::type;
         if (row.by_default.empty()) row.by_default = shown(value);
-        if (row.allowed.empty()) row.allowed = allowed<Value>();
-        row.type = python_type<Value>(row.unit, Held<std::remove_cvref_t<decltype(value)>>::optional);
+        if (row.allowed.empty()) row.allowed = allowed<Value>(key.range.holds);
+        row.type = python_type<Value>(row.unit, Held<std::remove_cvref_t<decltype(value)>>::optional, key.range.holds);
     }
     if (*key.only.words) row.allowed += (row.allowed.empty() ? "" : "; ") + std::string(key.only.words);
     return row;

@@ -109,13 +109,15 @@ inline constexpr auto rows<Time> =
     std::tuple{Key{"step", &Time::step, "s", positive, "", "from output to output"},
                Key{"duration", &Time::duration, "s", number, "", "of the scene, at least a step"}};
 
+inline constexpr Range traced{"", [](double q) { return q <= double(Quantity::fa2); }},
+    of_fields{"", [](double q) { return q <= double(Quantity::deformation); }};
 template <>
 inline constexpr auto rows<FieldRequest> =
     std::tuple{Key{"at", &FieldRequest::at, "s", not_negative, "required", "time of the maps"},
-               Key{"what", &FieldRequest::what, "", no_range, "required", "their quantities"}};
+               Key{"what", &FieldRequest::what, "", of_fields, "required", "their quantities"}};
 template <>
 inline constexpr auto rows<Output> =
-    std::tuple{Key{"traces", &Output::traces, "", no_range, "", "mean, least and greatest value over time"},
+    std::tuple{Key{"traces", &Output::traces, "", traced, "", "mean, least and greatest value over time"},
                Key{"extremes", &Output::extremes, "", no_range, "", "whether least and greatest values are wanted"},
                Key{"probes", &Output::probes, "cells", no_range, "none", "cells with traces"},
                Key{"fields", &Output::fields, "", no_range, "none", "maps at times"}};

@@ -2,7 +2,7 @@
 // The tables of a scene file, and the maps and other files that they name.
 #pragma once
 
-#include "host/lab/scenes/toml_section.hpp"
+#include "host/lab/scenes/read_rows.hpp"
 
 namespace dermis::scene {
 
@@ -45,14 +45,14 @@ inline std::string path_in(Section& table, bool required, const std::string& kin
     const auto path = table.text("path");
     if (required != path.has_value())
         refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
-               "a .npy file, with " + table.parameter("kind") + " = " + kinds + " and only then");
+               "the path of a file, with " + table.parameter("kind") + " = " + kinds + " and only then");
     return path ? folder.file(*path) : "";
 }
 
 // Reads the map of a table's path, and where it is a picture the key `high`. Without a file it returns no map.
 inline FileMap map_in(Section& table, const std::string& file, const Grid* grid, const PathBase& folder) {
     std::optional<High> high;
-    table.value("high", high, choice_in<High>);
+    read_value(table, "high", "", high, nullptr);
     FileMap map;
     if (!file.empty()) map = folder.map(file, grid, table.parameter("path"));
     table.permit("high", map.picture, "only where path is a picture, a PNG");

@@ -20,14 +20,14 @@ namespace fs = std::filesystem;
 
 constexpr size_t most_scene_bytes = 64 << 20; // of a scene file, or of a text in its place
 
-// The table that a name with an index means, as load[1]; null if there is none.
-toml::table* item_of(toml::table& table, const std::string& name) {
+// The item of a list that a name with an index means, as load[1]; null if there is none.
+toml::node* item_of(toml::table& table, const std::string& name) {
     const size_t bracket = name.find('[');
     toml::node* list = bracket == name.npos ? nullptr : table.get(name.substr(0, bracket));
     if (!list || !list->is_array()) return nullptr;
     const std::string index = name.substr(bracket);
     for (size_t i = 0; i < list->as_array()->size(); ++i)
-        if (index == "[" + std::to_string(i) + "]") return list->as_array()->get(i)->as_table();
+        if (index == "[" + std::to_string(i) + "]") return list->as_array()->get(i);
     return nullptr;
 }
 
@@ -49,8 +49,8 @@ void apply_override(toml::table& file, const std::string& override_) {
     std::string part, next;
     std::getline(parts, part, '.');
     for (; std::getline(parts, next, '.'); part = next) {
-        if (toml::table* item = item_of(*table, part)) {
-            table = item;
+        if (toml::node* item = item_of(*table, part); item && item->is_table()) {
+            table = item->as_table();
             continue;
         }
         if (!table->contains(part)) table->insert(part, toml::table{});
@@ -131,12 +131,13 @@ std::string read_scene_file(const std::string& path) {
 
 // Returns the line of a parameter as ":line": the line of its key, or of the nearest table around it that the file has.
 // Empty if the file has no such table.
-std::string line_of(const toml::table& file, const std::string& parameter) {
-    const toml::node* node = &file;
+std::string line_of(toml::table& file, const std::string& parameter) {
+    toml::node* node = &file;
     std::string key;
-    auto parts = scene::throwing(std::istringstream(parameter.substr(0, parameter.find('['))));
-    while (std::getline(parts, key, '.')) {
-        const toml::node* inner = node->is_table() ? node->as_table()->get(key) : nullptr;
+    auto parts = scene::throwing(std::istringstream(parameter));
+    while (node->is_table() && std::getline(parts, key, '.')) {
+        toml::table& table = *node->as_table();
+        toml::node *item = item_of(table, key), *inner = item ? item : table.get(key.substr(0, key.find('[')));
         if (!inner) break;
         node = inner;
     }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/key_rows.hpp"
 #include "host/lab/scenes/named_maps.hpp"
-#include "host/lab/scenes/read_rows.hpp"
 
 namespace dermis::scene {
 namespace {
@@ -39,7 +38,7 @@ void take_map(const FileMap& file, std::optional<double> spacing, const Grid& gr
 }
 
 void read_surface(Section table, const Grid& grid, const PathBase& folder, Surface& surface) {
-    table.value("kind", surface.kind, choice_in<Surface::Kind>);
+    read_value(table, "kind", "", surface.kind, nullptr);
     const bool map = surface.kind == Surface::Kind::map;
     if (map || surface.kind == Surface::Kind::flat) // without the ridges of a preset
         surface = {.kind = surface.kind, .relief = surface.relief};
@@ -106,14 +105,19 @@ void read_material(Section table, const Grid& grid, const PathBase& folder, Mate
         table.permit(key, !is_chain(material) && !relaxes, "not beside material.elements or material.relaxation");
     for (const char* key : {"elements", "spring", "dashpot"})
         table.permit(key, !relaxes, "not beside material.relaxation, which gives the elements");
-    if (relaxes) material.elements = dermis::chain_of(measured);
+    if (relaxes) try {
+            material.elements = dermis::chain_of(measured);
+        } catch (const Error& e) {
+            throw Error(e.code(), "material." + e.parameter(), "material." + std::string(e.what()));
+        }
     table.finish();
 }
 
 void read_texture(Section table, const Grid& grid, const PathBase& folder, std::optional<Texture>& texture) {
     Texture t;
     const auto path = table.text("path");
-    if (table.given() && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
+    if (table.given() && !path)
+        refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions, or a PNG");
     const FileMap file = map_in(table, path ? folder.file(*path) : "", nullptr, folder);
     t.map = file.values, t.width = file.width, t.height = file.height;
     read_rows<Texture>(table, t, &grid);
@@ -156,7 +160,7 @@ void read_taxels(Section table, const Grid& grid, Load& load) {
 }
 
 void read_load(Section table, const Grid& grid, const PathBase& folder, Load& load) {
-    table.value("kind", load.kind, choice_in<Load::Kind>);
+    read_value(table, "kind", "", load.kind, nullptr);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     const std::string path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
     if (sequence) load.path = path;
@@ -200,7 +204,7 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     if (std::any_of(std::begin(receptor_classes), std::end(receptor_classes), named)) density = {0, 0, 0, 0};
     read_rows<Density>(densities, density, &grid);
     densities.finish();
-    table.value("seed", seed, whole_number_in);
+    read_value(table, "seed", "", seed, nullptr, seeds);
     table.finish();
     return by_density ? population(grid, density, static_cast<unsigned long long>(seed)) : listed;
 }

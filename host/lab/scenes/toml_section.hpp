@@ -52,34 +52,24 @@ inline double number_in(const toml::node& node, const std::string& parameter, st
     refuse(parameter, node, allowed_in_unit(unit));
 }
 
-inline int whole_number_in(const toml::node& node, const std::string& parameter) {
+inline int whole_number_in(const toml::node& node, const std::string& parameter, const char* allowed) {
     if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9)
-        refuse(parameter, node, "a whole number, -1e9..1e9");
+        refuse(parameter, node, *allowed ? allowed : "a whole number, -1e9..1e9");
     return int(**node.as_integer());
 }
 
 // Reads a number of cells, or a length with its unit, which becomes one by of_length(length, grid).
 inline int cells_in(const toml::node& node, const std::string& parameter, const Grid& grid,
-                    std::optional<int> (*of_length)(double, const Grid&)) {
+                    std::optional<int> (*of_length)(double, const Grid&), const char* allowed = "") {
     const auto* text = node.as_string();
-    return text ? cells_of(**text, parameter, text_of(node), grid, of_length) : whole_number_in(node, parameter);
+    return text ? cells_of(**text, parameter, text_of(node), grid, of_length)
+                : whole_number_in(node, parameter, allowed);
 }
 
 inline Cell cell_in(const toml::node& node, const std::string& parameter, const Grid& grid) {
     const toml::array* xy = node.as_array();
     if (!xy || xy->size() != 2) refuse(parameter, node, "[x, y] in whole cells, or as lengths with their unit");
     return {cells_in((*xy)[0], parameter, grid, cell_at), cells_in((*xy)[1], parameter, grid, cell_at)};
-}
-
-inline bool boolean_in(const toml::node& node, const std::string& parameter) {
-    if (!node.is_boolean()) refuse(parameter, node, "true or false");
-    return **node.as_boolean();
-}
-
-template <class Enum> Enum choice_in(const toml::node& node, const std::string& parameter) {
-    const std::optional<Enum> value = node.is_string() ? value_of<Enum>(**node.as_string()) : std::nullopt;
-    if (!value) refuse(parameter, node, quoted_names<Enum>() + suggestion(node.value_or(std::string()), names<Enum>()));
-    return *value;
 }
 
 template <class T, class ReadItem>

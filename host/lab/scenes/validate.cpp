@@ -15,12 +15,17 @@ namespace {
 
 constexpr double farthest = 1e9; // in numbers of a texture, waves or rad: what then is left has seven digits
 
+// with: what needs the exact method.
+void need_exact(const Scene& s, const std::string& with) {
+    if (s.method != Method::exact)
+        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with " + with);
+}
+
 void check_sequence(const Scene& s) {
     const Load& l = s.load;
     const std::string allowed = "only without load.kind = \"sequence\", which is all of the load";
     if (l.envelope.kind != Envelope::Kind::step || l.envelope.start != 0) refuse("load.envelope", "(given)", allowed);
-    if (s.method != Method::exact)
-        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with load.kind = \"sequence\"");
+    need_exact(s, "load.kind = \"sequence\"");
     if (!l.interval) refuse("load.interval", "(not given)", "seconds between frames, required with a sequence");
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
@@ -83,9 +88,7 @@ void check_control(Scene& s) {
     for (auto [asked, key, value] :
          {std::tuple{depth, "load.control", "\"depth\""}, {follows, "receptors.follow", "\"stress\""}}) {
         if (!asked) continue;
-        if (s.method != Method::exact)
-            refuse("method", std::string("\"") + name(s.method) + "\"",
-                   std::string("\"exact\" with ") + key + " = " + value);
+        need_exact(s, std::string(key) + " = " + value);
         if (!is_uniform(s.material)) refuse(key, value, "none where the material differs from cell to cell");
     }
     if (follows && is_framed(l) && !depth)
@@ -112,8 +115,7 @@ void check_texture(Scene& s) {
     const Envelope& e = s.load.envelope;
     if (e.kind != Envelope::Kind::step || e.start != 0)
         refuse("load.envelope", "(given)", "none with load.texture, which changes in time");
-    if (s.method != Method::exact)
-        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with load.texture");
+    need_exact(s, "load.texture");
     for (auto [key, n] : {std::pair{"load.texture.width", t.width}, {"load.texture.height", t.height}})
         need(n >= 1 && n <= 16384, key, n, "1..16384");
     need_map("load.texture.path", t.map, {t.width, t.height, {}});
@@ -154,6 +156,8 @@ void check_grating(const Scene& s) {
     if (l.envelope.kind != Envelope::Kind::step || l.envelope.start != 0)
         refuse("load.envelope", "(given)", "a step from t = 0 on with load.grating, which may have a window");
     check_rows("load.grating.", g);
+    if (g.velocity != 0 && l.contact == Load::Contact::crests) // each of its products would be spread by itself
+        refuse("load.grating.velocity", shortest(g.velocity), "0 with load.contact = \"crests\"");
     need(!g.amplitudes.empty() && g.amplitudes.size() <= 16, "load.grating.amplitudes", double(g.amplitudes.size()),
          "1 to 16 numbers, one for each harmonic");
     need(g.phases.empty() || g.phases.size() == g.amplitudes.size(), "load.grating.phases", double(g.phases.size()),
@@ -210,7 +214,7 @@ void check_other(Scene s, size_t i, Load& load) try {
 void check_sum(Scene& s) {
     constexpr size_t most_products = 64;
     if (!is_sum(s)) return;
-    const std::string with = s.more_loads.empty() ? " with a grating that moves" : " with several loads",
+    const std::string cause = s.more_loads.empty() ? "a grating that moves" : "several loads", with = " with " + cause,
                       allowed = "at most 64 products of a map and an envelope in all";
     need(s.more_loads.size() < most_products, "load", double(1 + s.more_loads.size()), allowed);
     size_t products = 0;
@@ -222,7 +226,7 @@ void check_sum(Scene& s) {
         products += l.grating && l.grating->velocity != 0 ? 1 + 2 * l.grating->amplitudes.size() : 1;
     }
     need(products <= most_products, "load", double(products), allowed);
-    if (s.method != Method::exact) refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\"" + with);
+    need_exact(s, cause);
     if (!is_uniform(s.material)) refuse("material", "(a map)", "one for all cells" + with);
     if (follows_stress(s.receptors)) refuse("receptors.follow", "\"stress\"", "\"strain\"" + with);
     const auto& gains = s.receptors.fa2_gains;
@@ -240,9 +244,13 @@ void check_time(const Scene& s) {
              " outputs of the traces and sites asked for must be at most 1e8 and fit into 8 GB");
 }
 
-// A file or a column is written once.
-void need_each_once(const char* parameter, std::vector<Quantity> list, const std::string& at = {}) {
+// A file or a column is written once, of a quantity that a key takes.
+void check_quantities(const char* parameter, const Range& taken, std::vector<Quantity> list, const char* hint,
+                      const std::string& at = {}) {
     std::ranges::sort(list);
+    if (const auto other = std::ranges::find_if_not(list, taken.holds, [](Quantity q) { return double(q); });
+        other != list.end())
+        refuse(parameter, std::string("\"") + name(*other) + "\"", quoted_names<Quantity>(taken.holds) + hint);
     if (const auto twice = std::ranges::adjacent_find(list); twice != list.end())
         refuse(parameter, std::string("\"") + name(*twice) + "\" twice" + at, "each quantity once");
 }
@@ -251,18 +259,9 @@ void check_output(const Scene& s) {
     for (size_t i = 0; i < s.output.probes.size(); ++i)
         need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
     check_sites(s);
-    need_each_once("output.traces", s.output.traces);
-    for (Quantity q : s.output.traces)
-        if (q != Quantity::strain && !is_receptor_class(q))
-            refuse("output.traces", std::string("\"") + name(q) + "\"",
-                   "strain, " + receptor_class_names() + "; curvature and deformation as fields");
+    check_quantities("output.traces", traced, s.output.traces, "; curvature and deformation as fields");
     std::map<double, std::vector<Quantity>> fields; // of each time
     for (const FieldRequest& f : s.output.fields) {
-        for (Quantity q : f.what)
-            if (q >= Quantity::indentation)
-                refuse("output.fields.what", std::string("\"") + name(q) + "\"",
-                       "strain, " + receptor_class_names() +
-                           ", curvature, deformation; indentation is thickness*strain, and a Skin's response");
         need(finite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");
         const double n = std::round(f.at / s.time.step);
@@ -273,14 +272,15 @@ void check_output(const Scene& s) {
         std::vector<Quantity>& of_time = fields[f.at];
         of_time.insert(of_time.end(), f.what.begin(), f.what.end());
     }
-    for (const auto& [at, what] : fields) need_each_once("output.fields.what", what, " at " + shortest(at) + " s");
+    for (const auto& [at, what] : fields)
+        check_quantities("output.fields.what", of_fields, what,
+                         "; indentation is thickness*strain, and a Skin's response", " at " + shortest(at) + " s");
 }
 
 // Fills in models and cells of nerve fibres.
 void check_afferents(Scene& s) {
     if (s.afferents.empty()) return;
-    if (s.method != Method::exact)
-        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with afferents");
+    need_exact(s, "afferents");
     s.afferents = validated_afferents(s, std::move(s.afferents));
     const bool rests = is_uniform(s.material) && modulus_at_rest(chain_of(s.material)) > 0 &&
                        (s.load.control == Control::pressure || has_spring(s.material));
