@@ -242,7 +242,7 @@ TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
         {"time,modulus\n", "", "bad.csv: holds no numbers; allowed: a line of names"},
         {"time;modulus\n1,5;2,0\n", "", "bad.csv:1: line = \"time;modulus\"; allowed: 2 columns with commas between"},
         {"time,modulus\n1,2\n", "--elements 9", "--elements"},
-        {"time,modulus\n1,2\n", "--kind flow", "--kind"},
+        {"time,modulus\n1,2\n", "--kind flow", "kind = \"flow\"; allowed: \"creep\", \"relaxation\"\n"},
     };
     for (const auto& call : calls) {
         CAPTURE(call.says);

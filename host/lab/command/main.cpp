@@ -266,18 +266,14 @@ void add_fit(CLI::App& command, FitArguments& a) {
         .add_option("--elements", a.elements,
                     "Most elements of the chain, springs and dashpots included; by default as few as describe the data")
         ->check(CLI::Range(1, 8));
-    command
-        .add_option(
-            "--kind", a.options.kind,
-            "creep (strain per stress) or relaxation (stress per strain); told by the name of the second column\n"
-            "if that is compliance, strain, modulus or stress")
-        ->check(CLI::IsMember({"creep", "relaxation"}));
+    command.add_option(
+        "--kind", a.options.kind,
+        "creep (strain per stress) or relaxation (stress per strain); told by the name of the second column\n"
+        "if that is compliance, strain, modulus or stress");
     command.add_option("--stress", a.options.stress, "The stress in Pa, if the second column is the strain under it");
     command.add_option("--strain", a.options.strain, "The strain, if the second column is the stress in Pa under it");
-    command
-        .add_option("--residual", a.options.residual,
-                    "relative to each value, or absolute; by default relative, of histories absolute")
-        ->check(CLI::IsMember({"relative", "absolute"}));
+    command.add_option("--residual", a.options.residual,
+                       "relative to each value, or absolute; by default relative, of histories absolute");
     command.add_option("--out", a.out, "Folder for material.toml, fit.csv and fit.png");
 }
 

@@ -4,10 +4,10 @@
 #include "dermis/version.hpp"
 #include "host/core/base/text.hpp"
 #include "host/lab/output/output.hpp"
+#include "host/lab/scenes/input_file.hpp"
+#include "host/lab/scenes/scene_names.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 
 #include <fmt/format.h>
 
@@ -31,44 +31,33 @@ bool is_result(const std::string& name) {
     const size_t time = name.find("_t");
     if (time == name.npos || !name.ends_with(".npy")) return false;
     const std::string number = name.substr(time + 2, name.size() - 4 - (time + 2));
-    bool quantity = false;
-    for (int q = 0; q <= int(Quantity::deformation); ++q) quantity |= name.substr(0, time) == dermis::name(Quantity(q));
-    return quantity && !number.empty() && number.find_first_not_of("0123456789.e+-") == number.npos;
-}
-
-// Opens a file with a stream that throws if memory runs out: others hide that, and the file seems to end or be missing.
-std::ifstream opened(const fs::path& path) {
-    errno = 0;
-    std::ifstream in(path, std::ios::binary);
-    if (!in && errno == ENOMEM) throw std::bad_alloc();
-    in.exceptions(std::ios::badbit);
-    return in;
+    const std::optional<Quantity> quantity = scene::value_of<Quantity>(name.substr(0, time));
+    return quantity && *quantity <= Quantity::deformation && !number.empty() &&
+           number.find_first_not_of("0123456789.e+-") == number.npos;
 }
 
 const std::string runs_columns = "run,model,precision,"; // begins each runs.csv
 
 // Returns whether a path is a regular file that begins with `start`.
 bool begins_with(const Path& path, const std::string& start) {
-    std::error_code none;
-    if (!fs::is_regular_file(path, none)) return false;
+    std::ifstream in;
     std::string text(start.size(), ' ');
-    std::ifstream in = opened(path);
-    return in.read(text.data(), std::streamsize(text.size())) && text == start;
+    return scene::open_file(path.string(), in).empty() && in.read(text.data(), std::streamsize(text.size())) &&
+           text == start;
+}
+
+std::string text_in(const Path& file) {
+    std::string text;
+    scene::read_file(file.string(), text);
+    return text;
 }
 
 // Returns the number of lines of an earlier sweep's runs.csv, the first of which has the columns; 0 where there is
 // none.
 size_t lines_of_sweep(const fs::path& folder) {
-    size_t lines = 0;
-    if (!begins_with(folder / "runs.csv", runs_columns)) return lines;
-    std::ifstream table = opened(folder / "runs.csv");
-    for (std::string line; std::getline(table, line);) ++lines;
-    return lines;
-}
-
-std::string text_in(const Path& file) {
-    std::ifstream in = opened(file);
-    return {std::istreambuf_iterator<char>(in), {}};
+    if (!begins_with(folder / "runs.csv", runs_columns)) return 0;
+    const std::string table = text_in(folder / "runs.csv");
+    return size_t(std::ranges::count(table, '\n')) + (!table.empty() && table.back() != '\n');
 }
 
 // Returns a JSON object's text up to its last brace.

@@ -15,11 +15,6 @@
 namespace dermis::output {
 namespace {
 
-void append(std::string& line, double value) {
-    line += ',';
-    append_shortest(line, value);
-}
-
 std::string traces_csv(const Result& r) {
     std::string out = "time";
     const std::vector<TraceColumn> columns = trace_columns(r);
@@ -28,7 +23,7 @@ std::string traces_csv(const Result& r) {
     out.reserve(out.size() + r.time.size() * (columns.size() + 1) * 20); // bytes of most numbers
     for (size_t n = 0; n < r.time.size(); ++n) {
         append_shortest(out, r.time[n]);
-        for (const TraceColumn& column : columns) append(out, (*column.values)[n]);
+        for (const TraceColumn& column : columns) append_shortest(out += ',', (*column.values)[n]);
         out += '\n';
     }
     return out;
@@ -43,10 +38,10 @@ std::string impulses_csv(const Result& r) {
     for (const Impulse& i : r.impulses) {
         append_shortest(out, i.time);
         (out += ',') += name(i.quantity);
-        append(out, i.mean);
+        append_shortest(out += ',', i.mean);
         for (double v : {i.min, i.max})
-            if (extremes) append(out, v);
-        for (double v : i.probes) append(out, v);
+            if (extremes) append_shortest(out += ',', v);
+        for (double v : i.probes) append_shortest(out += ',', v);
         out += '\n';
     }
     return out;
@@ -58,7 +53,7 @@ std::string receptors_csv(const Scene& scene) {
         const Cell cell = scene.sites[i].cell;
         fmt::format_to(std::back_inserter(list), "{},{},{},{}", i, name(scene.sites[i].type), cell.x, cell.y);
         for (int at : {cell.x, cell.y}) // the middle of the cell
-            if (scene.grid.spacing) append(list, (at + 0.5) * *scene.grid.spacing);
+            if (scene.grid.spacing) append_shortest(list += ',', (at + 0.5) * *scene.grid.spacing);
         list += '\n';
     }
     return list;

@@ -65,8 +65,7 @@ class Run:
 
     def label(self, quantity: str) -> tuple[str, float]:
         """Return what an axis of a quantity says, and the factor to its unit."""
-        both = QUANTITIES | (IN_METRES if self.spacing else IN_CELLS)
-        name, unit, factor = both[quantity]
+        name, unit, factor = (QUANTITIES | (IN_METRES if self.spacing else IN_CELLS))[quantity]
         return f"{name} ({unit})", factor
 
     def length(self) -> tuple[str, float]:
@@ -119,8 +118,8 @@ def run_in(folder: Path) -> Run:
     plan, grid, moving = summary["plan"], summary["grid"], summary.get("pattern")  # earlier versions have none
     facts = {"grid": f"{grid['width']} x {grid['height']} cells", "time of stepping": f"{summary['seconds']:.3g} s",
              "computed by": f"{plan['model']}, {plan['method']}, {plan['precision']}, {summary['steps']} steps",
-             "device": summary["device"]["name"], "version": f"{summary['version']}, commit {summary['commit']}"}
-    facts |= {"set": " ".join(summary["set"])} if summary["set"] else {}
+             "device": summary["device"]["name"], "version": f"{summary['version']}, commit {summary['commit']}",
+             "set": " ".join(summary["set"])}
     return Run(title=folder.name, width=grid["width"], height=grid["height"], spacing=grid["spacing"],
                time=columns.pop("time"), columns=columns,
                impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
@@ -177,7 +176,7 @@ def head(run: Run) -> dict[str, str]:
     first = {"pressed": "; ".join(map(_pressed, run.loads)), "greatest responses": ", ".join(_greatest(run)),
              "spikes": f"{len(run.spikes)}, of {len(run.fibres)} afferents" if run.fibres else "",
              "error at most": "not computed: dermis plan bounds it" if np.isnan(run.error) else f"{run.error:.2g}"}
-    return {name: text for name, text in first.items() if text} | run.facts
+    return {name: text for name, text in (first | run.facts).items() if text}
 
 
 def _figure(rows: int, columns: int, width: float, height: float, narrow: bool = False,
@@ -596,8 +595,7 @@ def page_of(title: str, facts: Mapping[str, str], warnings: Iterable[str], scene
     text = html.escape
     parts = ["<!DOCTYPE html>", f'<html lang="en"><meta charset="utf-8"><title>{text(title)}</title>',
              STYLE, f"<h1>{text(title)}</h1>", "<table>"]
-    parts += [f"<tr><th>{text(name)}</th><td>{text(value)}</td></tr>" for name, value in facts.items()]
-    parts += ["</table>"]
+    parts += [f"<tr><th>{text(name)}</th><td>{text(value)}</td></tr>" for name, value in facts.items()] + ["</table>"]
     parts += [f"<p><strong>Warning:</strong> {text(warning)}.</p>" for warning in warnings]
     for name, svg in pictures.items():
         wide, slim = ("data:image/svg+xml;base64," + base64.b64encode(of).decode() for of in (svg, narrow[name]))
@@ -645,33 +643,27 @@ def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> N
     for name, figure in _noted(figures, 2):
         _write(folder / f"{name}.svg", wide[name])
         _write(folder / f"{name}.png", _drawn(figure, "png"))
-    if isinstance(source, Run):
-        page = page_of(source.title, head(source), source.warnings, source.scene, wide, narrow)
-    else:
-        page = page_of(folder.name, {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}, [], "", wide, narrow)
-    _write(folder / "report.html", page.encode())
+    text = (source.title, head(source), source.warnings, source.scene) if isinstance(source, Run) else (
+        folder.name, {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}, [], "")
+    _write(folder / "report.html", page_of(*text, wide, narrow).encode())
 
 
 def read(folder: Path, unit_of: Callable[[str], str]) -> Run | Sweep:
     """Read a folder of `dermis run`: a run, or a sweep."""
-    def is_ours(name: str, start: bytes) -> bool:
-        return (folder / name).is_file() and (folder / name).read_bytes().startswith(start)
-
-    if is_ours("runs.csv", b"run,model,precision,"):
+    starts = {"runs.csv": b"run,model,precision,", "summary.json": b'{\n  "program": "dermis",'}
+    ours = [name for name in starts if (folder / name).is_file() and (folder / name).read_bytes().startswith(starts[name])]
+    if "runs.csv" in ours:
         rows = _read(folder / "runs.csv")
         return sweep_of(rows, unit_of, run_in(folder / rows[0]["run"]).spacing)
-    if is_ours("summary.json", b'{\n  "program": "dermis",'):
+    if ours:
         return run_in(folder)
     raise FileNotFoundError(f"{folder}: has neither summary.json nor runs.csv of dermis; allowed: a folder of `dermis run`")
 
 
 def figures_of(source: Run | Sweep) -> dict[str, Figure]:
     """Draw what there is, by name."""
-    if isinstance(source, Run):
-        drawings = {draw.__name__: draw(source) for draw in RUN_FIGURES}
-    else:
-        drawings = {"sweep": sweep(source)}
-    return {name: figure for name, figure in drawings.items() if figure}
+    draws: tuple[Callable[[Any], Figure | None], ...] = RUN_FIGURES if isinstance(source, Run) else (sweep,)
+    return {draw.__name__: figure for draw in draws if (figure := draw(source))}
 
 
 def main(folder: Path, what: str, *more: str) -> None:

@@ -47,8 +47,7 @@ void add_curvature(Sentences& all, const Scene& s, const Result& r, const Report
             "smooth the surface or the load's map",
             r.kinks, cells, 100 * double(r.kinks) / cells,
             r.pressed_cells < 0 ? "" : fmt::format("; {} cells are pressed", r.pressed_cells)));
-    const bool fourth_order = s.stencil == Stencil::fourth_order;
-    if (r.kinks == 0 && !fourth_order && r.stencil_estimate > 0.1 * r.greatest_curvature)
+    if (r.kinks == 0 && s.stencil != Stencil::fourth_order && r.stencil_estimate > 0.1 * r.greatest_curvature)
         all.push_back(fmt::format("the stencil estimate is {:.2g} % of the greatest |C|: take a finer grid, or "
                                   "curvature.stencil = \"fourth-order\"",
                                   100 * r.stencil_estimate / r.greatest_curvature));

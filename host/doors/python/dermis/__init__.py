@@ -247,7 +247,7 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
     the last name changes fastest. map: what calls a function for each scene, in order; that of an executor runs scenes
     side by side, as concurrent.futures.ProcessPoolExecutor().map does. device, a text, and the other arguments are as
     in run. Each row is a dict with the columns of runs.csv: the figures of the run, its values, its outcomes, and
-    "set", which has all values in one text. "result" is its Result.
+    "set", which has all values in one text, with quotes around texts. "result" is its Result.
     """
     for name, some in values.items():
         if isinstance(some, (str, bytes)) or not isinstance(some, Iterable):
