@@ -85,7 +85,10 @@ Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
         scene::refuse("out", description_of(out), "a dict of arrays by the names of responses");
     for (const auto& [named, argument] : nb::borrow<nb::dict>(out)) {
         const Skin::Response response = response_of(s, named, responses_of(s));
-        outputs.emplace_back(response, output_in<float>(argument, shape_of(s, response)));
+        const Output<float> array = output_in<float>(argument, shape_of(s, response));
+        if (std::ranges::any_of(outputs, [&](const auto& before) { return before.second.data() == array.data(); }))
+            scene::refuse("out", description_of(argument) + " twice", "an array for each response");
+        outputs.emplace_back(response, array);
     }
     return outputs;
 }

@@ -71,6 +71,7 @@ ANSWERS = [
     (press(np.ones(191, np.float32), 1e-3), "pressure = float32 array of shape (191,)"),
     (press(ONES, 1e-3, out=ONES), "out = float32 array of shape (12, 16); allowed: a dict of arrays"),
     (press(ONES, 1e-3, out={"sa3": ONES}), 'response = \'sa3\'; allowed: "sa1", "sa2", "fa1", "fa2"'),
+    (press(ONES, 1e-3, out={"sa1": ONES, "fa1": ONES}), "out = float32 array of shape (12, 16) twice; allowed: an array for each"),
     (press(ONES, 1e-3, out={"sa1": ONES.T}), "out = strided float32 array of shape (16, 12); allowed: float32 array in C order that"),
     (press(ONES, 1e-3, out={"sa1": np.ones((16, 12), np.float32).T}), "out = strided float32 array of shape (12, 16); allowed"),
     (press(ONES, 1e-3, out={"sa1": np.broadcast_to(ONES, (12, 16))}), "out = read-only float32 array of shape (12, 16); allowed"),
