@@ -59,11 +59,11 @@ void Pipelines::drop_unused() {
 }
 
 std::shared_ptr<const Pipeline> Pipelines::get(const Module& source, const std::vector<uint32_t>& specialization) {
-    const auto key = std::pair(source.code, specialization);
+    const std::pair key(source.code, specialization);
     if (const auto found = pipelines_.find(key); found != pipelines_.end()) return found->second;
     drop_unused();
     const auto own = std::make_shared<Pipeline>();
-    const auto [entry, fresh] = pipelines_.emplace(key, own);
+    const auto entry = pipelines_.emplace(key, own).first;
     Pipeline& made = *own;
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;

@@ -11,8 +11,7 @@ namespace dermis::vulkan {
 struct Module {
     const uint32_t* code;
     size_t bytes;
-    uint32_t bindings;        // buffers 0 .. bindings - 1
-    uint32_t constants_bytes; // of the push constants
+    uint32_t bindings, constants_bytes; // buffers 0 .. bindings - 1; of the push constants
     uint32_t texels = 0; // a bit for each binding that is a texel buffer of four cells each; others are storage buffers
 };
 
