@@ -97,7 +97,7 @@ ANSWERS = [
     (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0]}), "material.viscosity = (not given); allowed"),
     (lambda: dermis.Scene(grid={"width": 16, "hight": 12}), "grid.hight = 12; no such key here"),
     (lambda: dermis.Scene(gird={"width": 16}), "[gird]: no such table; the nearest is [grid]"),
-    (lambda: dermis.Scene(grid={"width": 16.0}), "grid.width = 16.0; allowed: a whole number"),
+    (lambda: dermis.Scene(grid={"width": 16.0}), "grid.width = 16.0; allowed: whole cells, 1..16384"),
     (lambda: dermis.Scene(grid=GRID["grid"], surface={"path": np.ones((16, 12))}), "surface.path = array of shape (16, 12)"),
     (lambda: dermis.run(skin()), "scene = <Skin 16 x 12 cells, sa1 sa2 fa1 fa2, cpu>; allowed: a Scene"),
     (lambda: contact.Pad(np.zeros((12, 16)), 1e-4), "pressure = float64 array of shape (12, 16); allowed: float32"),
