@@ -11,7 +11,7 @@ namespace dermis::vulkan {
 class Recording {
   public:
     explicit Recording(Context& context) : context_(context) {}
-    ~Recording(); // waits
+    ~Recording();                               // waits
     Recording& operator=(Recording&&) = delete; // nor is it copied
 
     // These functions throw Error::device if the device is lost or a call fails; the message names the call.
