@@ -220,7 +220,7 @@ TEST_CASE("text of Windows is told what helps: a backslash in quotes, and UTF-16
 }
 
 TEST_CASE("too many loads are counted before any of them is checked") {
-    std::string loads = "[[load]]\n[[load]]\nradius = -1\n";
+    std::string loads = "[[load]]\n[[load]]\nenvelope = \"ramp\"\nrise = -1\n";
     for (int i = 0; i < 63; ++i) loads += "[[load]]\n";
     CHECK(why_refused(loads).find("load = 65; allowed: at most 64 products of a map and an envelope in all") !=
           std::string::npos);
