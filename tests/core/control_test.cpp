@@ -86,7 +86,7 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
     SkinDescription thin = d;
     for (const double thickness : {0.0, 1e-50}) { // 0 in float
         thin.material.thickness = thickness;
-        refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
+        refuses([&] { Skin(Device::cpu(1), thin, by_depth); }, "; allowed: above 0 in float");
     }
     thin.material.thickness = 1e-3;
     thin.receptors.follow.sa1 = Signal::stress;

@@ -17,7 +17,7 @@ class DefaultFloats {
     ~DefaultFloats() {
         if (changes_) std::fesetenv(&saved_);
     }
-    DefaultFloats& operator=(DefaultFloats&&) = delete; // nor is it copied
+    DefaultFloats& operator=(DefaultFloats&&) = delete; // and no copies
 
   private:
     // Whether all but the flags of past exceptions are the defaults; false where only fegetenv() could tell. Saving and

@@ -23,7 +23,7 @@ class Watch {
     // pause: between two calls of look() that call progress.
     explicit Watch(const Progress& progress, std::chrono::milliseconds pause = std::chrono::milliseconds(100));
     ~Watch();
-    Watch& operator=(Watch&&) = delete; // nor is it copied
+    Watch& operator=(Watch&&) = delete; // and no copies
 
   private:
     const State outer_;

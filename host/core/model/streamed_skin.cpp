@@ -79,7 +79,7 @@ void check_pads(const SkinDescription& description, const SkinOptions& options) 
 // Gives a skin that is pressed by depth a spring of 1 Pa in place of its material: under a strain as its pressure, the
 // strain is that pressure. A spring alone has no state for FA2; behind an element that never moves it has.
 void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::vector<Quantity>& asked) {
-    scene::need_positive("material.thickness", double(float(*s.material.thickness)));
+    scene::need(float(*s.material.thickness) > 0, "material.thickness", *s.material.thickness, "above 0 in float");
     if (scene::has_depth(s.receptors))
         scene::refuse("receptors.depth", "(given)", "none with control = depth, where no pressure is known");
     if (!options.materials.empty())

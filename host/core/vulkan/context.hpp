@@ -37,7 +37,7 @@ class Context {
   public:
     Context(std::shared_ptr<const Instance>, const PhysicalDevice&); // throws Error::device
     ~Context();
-    Context& operator=(Context&&) = delete; // nor is it copied
+    Context& operator=(Context&&) = delete; // and no copies
 
     const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as an embedding host gives them to a SkinProgram

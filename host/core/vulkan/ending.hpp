@@ -16,7 +16,7 @@ class Use {
     explicit Use(bool allowed = true) noexcept;
     explicit Use(const std::string& device); // throws Error::device, naming the device, if the process is ending
     ~Use();
-    Use& operator=(Use&&) = delete; // nor is it copied
+    Use& operator=(Use&&) = delete; // and no copies
     explicit operator bool() const { return entered_; }
 
   private:

@@ -42,7 +42,7 @@ class Instance {
   public:
     explicit Instance(const Loader&, const InstanceOptions& = {});
     ~Instance();
-    Instance& operator=(Instance&&) = delete; // nor is it copied
+    Instance& operator=(Instance&&) = delete; // and no copies
 
     // Every device, best first: discrete, integrated, virtual, software.
     const std::vector<PhysicalDevice>& devices() const { return devices_; }

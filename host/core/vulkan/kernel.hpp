@@ -55,12 +55,12 @@ struct Pipeline {
     VkPipeline pipeline = VK_NULL_HANDLE;
 };
 
-// A cache of pipelines, because a driver may take long to make one: those of kernels, and most_unused others.
+// A cache of pipelines, because a driver may take long to make one: all that kernels use, and at most 128 others.
 class Pipelines {
   public:
     explicit Pipelines(const DeviceTable& device) : device_(device) {}
     ~Pipelines();
-    Pipelines& operator=(Pipelines&&) = delete; // nor is it copied
+    Pipelines& operator=(Pipelines&&) = delete; // and no copies
 
     static constexpr size_t most_unused = 128;
     std::shared_ptr<const Pipeline> get(const Module&, const std::vector<uint32_t>& specialization);
@@ -106,7 +106,7 @@ class Kernel {
     // specialization: constant 0, 1 .. max_sets: of descriptor sets.
     Kernel(Pipelines&, const Module&, const std::vector<uint32_t>& specialization, uint32_t max_sets);
     ~Kernel();
-    Kernel& operator=(Kernel&&) = delete; // nor is it copied
+    Kernel& operator=(Kernel&&) = delete; // and no copies
     // Fills a descriptor set; sets are filled in the order 0, 1 .. max_sets - 1 and have a range for every binding.
     // After a failure the same set may be filled again.
     void bind(size_t set, const std::vector<BoundRange>&);

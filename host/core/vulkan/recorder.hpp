@@ -52,7 +52,7 @@ class Recorder {
         check_limits();
         model::drop_maps(streamed_.skin);
     }
-    Recorder& operator=(Recorder&&) = delete; // nor is it copied
+    Recorder& operator=(Recorder&&) = delete; // and no copies
 
     const model::StreamedSkin& skin() const { return streamed_; } // without its maps, which stand in the constants
     const model::ResponseLayout& layout() const { return layout_; }

@@ -12,7 +12,7 @@ class Recording {
   public:
     explicit Recording(Context& context) : context_(context) {}
     ~Recording();                               // waits
-    Recording& operator=(Recording&&) = delete; // nor is it copied
+    Recording& operator=(Recording&&) = delete; // and no copies
 
     // These functions throw Error::device if the device is lost or a call fails; the message names the call.
     VkCommandBuffer begin();    // waits, and is ready to record; what was recorded and not submitted is given up

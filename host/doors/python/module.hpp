@@ -95,7 +95,7 @@ class Computing {
         if (in_use) lock_ = std::unique_lock(*in_use);
     }
     ~Computing() { come_back(); }
-    Computing& operator=(Computing&&) = delete; // nor is it copied
+    Computing& operator=(Computing&&) = delete; // and no copies
 
     // Returns what a run calls while it computes. It lets Ctrl-C and other signals act, by an exception that ends the
     // run, and calls `progress` with the fraction done, unless that is None.
