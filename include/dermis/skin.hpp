@@ -54,7 +54,7 @@ struct SkinOptions {
     // press does not call it. What it throws ends the press: the pads then have the state after the last whole frame,
     // spikes() has the spikes up to it (none within the first frame, those of the last press before it begins), and
     // responses are those of a frame only after the next press. If afferents take several blocks, the press saves the
-    // state first, which allocates. It may press other skins; until it returns, this one refuses press, change and save.
+    // state first, which allocates. It may press other skins; this one then refuses presses, changes and saves.
     std::function<void(double)> progress;
 };
 
