@@ -72,11 +72,12 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
     for (const model::Element& element : skin.materials) all.push_back({.element = element});
-    const std::vector<double>& p = schedule.pressure;
+    const std::vector<double>&p = schedule.pressure, &given = schedule.load.map;
     const size_t length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
         double& greatest = all[skin.material_at(i)].*peak;
-        greatest = std::max(greatest, std::abs(p[i]));
+        const bool lost = p[i] == 0 && !given.empty() && given[i] != 0 && schedule.load.intensity != 0; // to rounding
+        greatest = std::max(greatest, lost ? 0x1p-1074 : std::abs(p[i]));
     };
     std::vector<Cell> points;
     for (const Site& site : skin.description.sites)
