@@ -6,16 +6,13 @@ import threading
 import dermis
 import numpy as np
 import pytest
+from common import address
 
 SCENE = {
     "grid": {"width": 30, "height": 20},
     "time": {"step": 0.1, "duration": 1.0},
     "output": {"probes": [[15, 10], [0, 0]], "fields": [{"at": 0.5, "what": ["sa1", "deformation"]}]},
 }
-
-
-def address(array):
-    return array.__array_interface__["data"][0]
 
 
 def test_a_uniform_load_gives_the_closed_form():

@@ -9,6 +9,7 @@ import re
 import dermis
 import numpy as np
 import pytest
+from common import refused
 
 TABLES = {
     "grid": {"width": 12, "height": 9},
@@ -41,13 +42,6 @@ probes = [[6, 4]]
 def bits(scene):
     result = dermis.run(scene)
     return [array.tobytes() for name in result for array in (result[name].mean, result[name].max, *result[name].probes)]
-
-
-def refused(call, *args, **keys):
-    with pytest.raises(dermis.Error) as caught:
-        call(*args, **keys)
-    assert caught.value.code == "bad_input"
-    return caught.value
 
 
 def test_tables_objects_text_and_file_make_the_same_scene(tmp_path):

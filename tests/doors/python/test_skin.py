@@ -2,7 +2,6 @@
 """Skins pressed frame by frame."""
 import array
 import ctypes
-import functools
 import pickle
 import re
 import subprocess
@@ -13,6 +12,7 @@ import warnings
 import dermis
 import numpy as np
 import pytest
+from common import address, device, refused, skin_of  # noqa: F401
 
 GRID = {"grid": {"width": 20, "height": 25}, "surface": {"kind": "wave", "ridges": 4}}
 CLASSES = ("sa1", "sa2", "fa1", "fa2")
@@ -21,34 +21,6 @@ RNG = np.random.default_rng(7)
 
 def pressures(*shape):
     return RNG.random(shape, np.float32)
-
-
-@functools.cache
-def device_named(name):
-    return dermis.Device.cpu(1) if name == "cpu" else dermis.Device.open(name)
-
-
-@pytest.fixture(params=["cpu", "vulkan"], autouse=True)
-def device(request):
-    """Every claim holds on both."""
-    global DEVICE
-    DEVICE = device_named(request.param)
-    return DEVICE
-
-
-def skin_of(*args, **keys):
-    return dermis.Skin(*args, device=DEVICE, **keys)
-
-
-def refused(call, *args, **keys):
-    with pytest.raises(dermis.Error) as caught:
-        call(*args, **keys)
-    assert caught.value.code == "bad_input"
-    return caught.value
-
-
-def address(view):
-    return view.__array_interface__["data"][0]
 
 
 def test_a_response_is_a_view_of_the_same_memory_after_each_press():

@@ -2,14 +2,15 @@
 """Nerve fibres of skins, and the spikes by which they answer."""
 import copy
 import csv
-import functools
 import pickle
 import re
 from pathlib import Path
 
+import common
 import dermis
 import numpy as np
 import pytest
+from common import device, refused  # noqa: F401
 
 GRID = {"grid": {"width": 20, "height": 25}}
 MEMBRANE, REFRACTORY, CURRENT = 0.02, 0.001, 5.0
@@ -18,32 +19,12 @@ MODEL = dermis.AfferentModel(time_constants=[1e-3], gains=[(CURRENT, 0), (0, 0),
 CELLS = [(3, 4), (0, 24)]
 
 
-@functools.cache
-def device_named(name):
-    return dermis.Device.cpu(1) if name == "cpu" else dermis.Device.open(name)
-
-
-@pytest.fixture(params=["cpu", "vulkan"], autouse=True)
-def device(request):
-    """Every claim holds on both."""
-    global DEVICE
-    DEVICE = device_named(request.param)
-    return DEVICE
-
-
 def skin_of(n=None, scene=GRID, afferents=(dermis.Afferents(model=MODEL, cells=CELLS),), **keys):
-    return dermis.Skin(scene, n, device=DEVICE, control="depth", afferents=afferents, **keys)
+    return common.skin_of(scene, n, control="depth", afferents=afferents, **keys)
 
 
 def depths(seed, *pads):
     return 0.5 + np.random.default_rng(seed).random((*pads, 25, 20), np.float32)
-
-
-def refused(call, *args, **keys):
-    with pytest.raises(dermis.Error) as caught:
-        call(*args, **keys)
-    assert caught.value.code == "bad_input"
-    return caught.value
 
 
 def test_a_fibre_whose_input_is_held_fires_at_the_rate_of_the_closed_form():
@@ -131,7 +112,7 @@ def test_fibres_of_a_class_lie_in_its_sites_and_follow_strain_or_stress():
     scene = dermis.Scene(GRID, sites=[("fa1", 1, 2), ("sa1", 3, 4), ("fa1", 5, 6)],
                          material={"modulus": 2.0, "viscosity": 1e-6})
     fibres = [dermis.Afferents(type="fa1", model=MODEL), dermis.Afferents(model=MODEL, follow="stress")]
-    skin = dermis.Skin(scene, device=DEVICE, afferents=fibres)
+    skin = common.skin_of(scene, afferents=fibres)
     for _ in range(2):
         skin.press(np.full((25, 20), 2, np.float32), 0.1)
     spikes = skin.spikes()
