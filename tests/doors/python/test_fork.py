@@ -41,28 +41,15 @@ def test_a_child_that_presses_its_parents_skin_gets_an_error_and_ends(name):
     skin.press(PRESSURE, 0.1)
 
 
-@pytest.mark.parametrize("name", ["cpu", "vulkan"])
-def test_a_child_that_makes_a_skin_on_a_cpu_has_the_bits_of_its_parent(name):
+@pytest.mark.parametrize("name, pickled", [("cpu", False), ("vulkan", False), ("cpu", True)])
+def test_a_child_that_makes_a_skin_on_a_cpu_or_copies_its_parents_by_pickle_has_the_parents_bits(name, pickled):
     skin = dermis.Skin(GRID, device=opened(name))
-    skin.press(PRESSURE, 0.1)
-    right = skin["fa1"].copy()
-
-    def press():
-        own = dermis.Skin(GRID, device=opened("cpu"))
-        own.press(PRESSURE, 0.1)
-        sys.exit(7 if np.array_equal(own["fa1"], right) else 1)
-
-    assert code_of_child(press) == 7
-
-
-def test_a_child_that_copies_its_parents_skin_by_pickle_opens_a_device_of_its_own():
-    skin = dermis.Skin(GRID, device=opened("cpu"))
     copied = pickle.dumps(skin)
     skin.press(PRESSURE, 0.1)
     right = skin["fa1"].copy()
 
     def press():
-        own = pickle.loads(copied)
+        own = pickle.loads(copied) if pickled else dermis.Skin(GRID, device=opened("cpu"))
         own.press(PRESSURE, 0.1)
         sys.exit(7 if np.array_equal(own["fa1"], right) else 1)
 
