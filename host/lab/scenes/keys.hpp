@@ -109,7 +109,7 @@ inline constexpr auto rows<Time> =
     std::tuple{Key{"step", &Time::step, "s", positive, "", "from output to output"},
                Key{"duration", &Time::duration, "s", number, "", "of the scene, at least a step"}};
 
-inline constexpr Range traced{"", [](double q) { return q <= double(Quantity::fa2); }},
+inline constexpr Range traced{"", [](double q) { return q < double(Quantity::curvature); }},
     of_fields{"", [](double q) { return q <= double(Quantity::deformation); }};
 template <>
 inline constexpr auto rows<FieldRequest> =
