@@ -73,7 +73,7 @@ def build(name, compiler, options, source, work):
                      "-DCMAKE_C_FLAGS=-idirafter /usr/include -static"]
     if shutil.which("ccache"):
         settings.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
-    for command in (["cmake", "-G", "Ninja", "-S", source / "tests/determinism/variant", "-B", folder,
+    for command in (["cmake", "--fresh", "-G", "Ninja", "-S", source / "tests/determinism/variant", "-B", folder,
                      f"-Ddermis_source={source}", f"-DCMAKE_CXX_FLAGS={flags}", *settings],
                     ["cmake", "--build", folder, "--target", "dermis-hashes"]):
         done = subprocess.run(command, capture_output=True, text=True)

@@ -107,7 +107,7 @@ void change(VkPhysicalDeviceSubgroupProperties& p) {
 }
 
 void change(VkPhysicalDeviceFloatControlsProperties& p) {
-    if (is(Kind::least)) p.shaderRoundingModeRTEFloat32 = VK_FALSE;
+    if (is(Kind::least)) p.shaderRoundingModeRTEFloat32 = p.shaderSignedZeroInfNanPreserveFloat32 = VK_FALSE;
 }
 
 void change(VkQueueFamilyProperties& p) {

@@ -323,16 +323,18 @@ VKAPI_ATTR void VKAPI_CALL bind_pipeline(VkCommandBuffer device, VkPipelineBindP
 }
 
 VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer device, uint32_t x, uint32_t y, uint32_t z) {
+    const uint32_t* most = device_of(device).limits.maxComputeWorkGroupCount;
     {
         const std::lock_guard lock(mutex);
         const VkPipeline p = bound[device];
         if (group_of.count(p)) {
-            x = (x * group_of[p] + chosen().number - 1) / chosen().number;
+            const uint32_t along = (x * group_of[p] + chosen().number - 1) / chosen().number;
+            if (along <= most[0]) x = along;
+            else y *= group_of[p] / chosen().number; // of a list, whose entries are numbered along both axes
             y *= rows_of[p];
             z *= pads_of[p];
         }
     }
-    const uint32_t* most = device_of(device).limits.maxComputeWorkGroupCount;
     if (x > most[0] || y > most[1] || z > most[2]) broken("a dispatch has more workgroups than the limit");
     BELOW(device, vkCmdDispatch)(device, x, y, z);
 }
