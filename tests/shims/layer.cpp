@@ -330,7 +330,7 @@ VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer device, uint32_t x, uint32_t
         if (group_of.count(p)) {
             const uint32_t along = (x * group_of[p] + chosen().number - 1) / chosen().number;
             if (along <= most[0]) x = along;
-            else y *= group_of[p] / chosen().number; // of a list, whose entries are numbered along both axes
+            else y *= group_of[p] / chosen().number; // a kernel that reads a list counts its groups along both axes
             y *= rows_of[p];
             z *= pads_of[p];
         }

@@ -44,7 +44,7 @@ bool is_within(const Vector& numbers, double limit) {
     return std::ranges::all_of(numbers, [limit](double n) { return n >= -limit && n <= limit; });
 }
 
-// Refuses a member of item i of a list, of which `count` numbers are said.
+// Refuses a member of item i of a list. The message has the first `count` numbers of the member.
 [[noreturn]] void refuse_item(size_t i, const char* member, const Vector& numbers, size_t count,
                               const std::string& allowed) {
     std::string value;

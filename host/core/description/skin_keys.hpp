@@ -14,7 +14,7 @@
 
 namespace dermis::scene {
 
-// The numbers that a key takes, in the words of an error. Without words: those of an enum, which has names.
+// The numbers that a key takes. words: as an error says them; empty for an enum, whose names an error lists.
 struct Range {
     const char* words;
     Holds holds;

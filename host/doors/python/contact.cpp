@@ -12,7 +12,7 @@ namespace {
 using contact::Contact, contact::ContactReport, contact::Pad, contact::Pose, contact::WorldContact;
 using Vector = std::array<double, 3>;
 
-// Numbers from one place of an axis to the next; `one` of an axis of one place, of which arrays name any number.
+// The stride of an axis, in numbers; `one` if the axis has a single place, because an array may then give any stride.
 template <class Array> int64_t step_of(const Array& array, size_t axis, int64_t one) {
     return array.shape(axis) == 1 ? one : array.stride(axis);
 }

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What dermis plot may write into the folder of a run or a sweep.
+// The files that dermis plot may write into the folder of a run or a sweep.
 const std::vector<std::string> drawn = {"report.html",   "skin.png",   "skin.svg",    "traces.png",  "traces.svg",
                                         "maps.png",      "maps.svg",   "surface.png", "surface.svg", "receptors.png",
                                         "receptors.svg", "spikes.png", "spikes.svg",  "events.png",  "events.svg",
