@@ -33,6 +33,8 @@ COMPUTING = ("backends", "bounds", "closed_form", "fibres", "intervals", "loops"
 LEFT_OUT = ("millions of receptors*", "a march of a material in each cell under a sine takes at most*",
             "an allocation that fails in the command*")
 
+WAYS = "1:60"  # the first of the lists of calls that a day draws, of which each takes seconds
+
 
 def jobs_of(build):
     """The programs to run: the suites, the long ones first, and what C does wrong."""
@@ -69,7 +71,7 @@ def run_suites(build, throws):
     # Every file of counts has its full length before a test forbids files to grow.
     for program in (build / "dermis", build / "tests/dermis-tests"):
         subprocess.run([program, "--version"], check=True, capture_output=True)
-    variables = {**os.environ, "LD_PRELOAD": str(preloaded), "DERMIS_THROWS": str(throws)}
+    variables = {**os.environ, "LD_PRELOAD": str(preloaded), "DERMIS_THROWS": str(throws), "DERMIS_WAYS": WAYS}
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return all(list(pool.map(lambda job: run_job(job, variables), jobs_of(build))))
 
