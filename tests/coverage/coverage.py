@@ -33,7 +33,7 @@ COMPUTING = ("backends", "bounds", "closed_form", "fibres", "intervals", "loops"
 LEFT_OUT = ("millions of receptors*", "a march of a material in each cell under a sine takes at most*",
             "an allocation that fails in the command*")
 
-WAYS = "1:60"  # the first of the lists of calls that a day draws, of which each takes seconds
+WAYS = "1:60"  # the first 60 of the 300 lists of calls that a day draws
 
 
 def jobs_of(build):

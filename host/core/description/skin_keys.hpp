@@ -14,7 +14,7 @@
 
 namespace dermis::scene {
 
-// The numbers that a key takes. words: as an error says them; empty for an enum, whose names an error lists.
+// The numbers that a key takes. words: the text of an error; empty for an enum, because its error lists the names.
 struct Range {
     const char* words;
     Holds holds;

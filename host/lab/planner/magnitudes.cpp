@@ -53,7 +53,7 @@ double roundings_of(const PreparedSkin& skin, const std::vector<double>& map) {
 Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
     const double weight = skin.constants.bend * weight_of(skin.stencil);
     Roughness r{weight, 6 * weight, weight};
-    // Numbers that differ before they are multiplied by the intensity are off unequally, as times within a part are.
+    // If numbers of a map, or retardation times in one part, differ before they are rounded, their errors are unequal.
     const auto equal = [](const Map& m) { return std::ranges::adjacent_find(m, std::not_equal_to()) == m.end(); };
     const bool even = equal(schedule.pressure) && !schedule.load.map.empty() && equal(schedule.load.map);
     if (skin.cells() == 1 || (skin.uniform() && skin.parts.empty() && !schedule.framed && even)) return {};
