@@ -102,12 +102,14 @@ TEST_CASE(
         }
 }
 
-TEST_CASE("A cylinder presses a strip: half width b^3 = 3*R*F/(2*k*L), peak 3*F/(4*L*b)") {
-    for (const int n : {3, 6, 12})
+TEST_CASE(
+    "A cylinder presses a strip, on a pad of 64 rows as of one: half width b^3 = 3*R*F/(2*k*L), peak 3*F/(4*L*b)") {
+    for (const auto& [n, rows] : {std::pair{3, 64}, {6, 64}, {12, 64}, {3, 4}, {3, 3}, {6, 2}, {3, 1}})
         for (int turn = -5; turn <= 5; ++turn) {
-            Grip s(64, 64, quarter);
-            const double b = n * quarter, radius = 15e-3, length = 64 * quarter;
+            Grip s(64, rows, quarter);
+            const double b = n * quarter, radius = 15e-3, length = rows * quarter;
             const double force = 2 * stiffness * length * b * b * b / (3 * radius), x = 0.1 * turn * quarter;
+            CAPTURE(rows);
             s.shape(Body::Kind::cylinder, {radius, 0.04}, {x, 0, radius}, Grip::along_y);
             s.push({x, -0.5 * length, 0}, {0, 0, -0.5 * force});
             s.push({x, 0.5 * length, 0}, {0, 0, -0.5 * force}); // where MuJoCo has them: on the pad's border
@@ -160,18 +162,20 @@ TEST_CASE("A ball whose force is off its middle moves its patch by as much, and 
     }
 }
 
-TEST_CASE("The image of a wedge presses a strip: width^2 = 2*F/(k*L*tan(angle))") {
+TEST_CASE("The image of a wedge presses a strip, however few its rows: width^2 = 2*F/(k*L*tan(angle))") {
     const int n = 64;
-    const double spacing = 3.75e-4, slope = std::tan(pi / 90), force = 2, length = n * spacing;
-    std::vector<float> depth(size_t(n * n));
-    for (int i = 0; i < n * n; ++i) depth[size_t(i)] = float(i % n * spacing * slope);
-    Touch touch({.width = n, .height = n, .spacing = spacing}, 1, 1e-3, false, {stiffness});
-    const Vector push = {0, 0, -force};
-    touch.add({.depth = depth.data(), .force = push.data(), .gaps = true});
-    int pressed = 0;
-    for (int x = 0; x < n; ++x) pressed += touch.pressure()[x] > 0;
-    CHECK(std::abs(pressed * spacing - std::sqrt(2 * force / (stiffness * length * slope))) <= spacing);
-    CHECK(touch.report(0).placed == relative(force, 1e-6));
+    for (const int rows : {n, 3, 2, 1}) {
+        const double spacing = 3.75e-4, slope = std::tan(pi / 90), force = 2.0 * rows / n, length = rows * spacing;
+        std::vector<float> depth(size_t(n * rows));
+        for (int i = 0; i < n * rows; ++i) depth[size_t(i)] = float(i % n * spacing * slope);
+        Touch touch({.width = n, .height = rows, .spacing = spacing}, 1, 1e-3, false, {stiffness});
+        const Vector push = {0, 0, -force};
+        touch.add({.depth = depth.data(), .force = push.data(), .gaps = true});
+        int pressed = 0;
+        for (int x = 0; x < n; ++x) pressed += touch.pressure()[x] > 0;
+        CHECK(std::abs(pressed * spacing - std::sqrt(2 * force / (stiffness * length * slope))) <= spacing);
+        CHECK(touch.report(0).placed == relative(force, 1e-6));
+    }
 }
 
 TEST_CASE("An image without gaps is clipped if its cells above 0 cannot carry the force, however few they are") {
@@ -394,6 +398,23 @@ TEST_CASE("A box that moves along the cells presses without steps, and one thinn
             if (!before.empty()) CHECK(difference(now, before) <= 0.07);
             before = now;
         });
+    }
+}
+
+TEST_CASE("A coin on its edge presses a strip that grows shorter, without a jump, as the coin grows thicker") {
+    double before = 0;
+    for (double thick = 1; thick <= 6; thick += 0.05) { // cells
+        Grip s(40, 12, 1e-3);
+        s.shape(Body::Kind::cylinder, {12e-3, 0.5e-3 * thick}, {0, 0, 12e-3}, Grip::along_y);
+        s.push({}, {0, 0, -0.5});
+        s.press();
+        double mean = 0, square = 0;
+        for (int i = 0; i < s.cells(); ++i)
+            mean += s.touch.pressure()[i], square += s.touch.pressure()[i] * std::pow(i % 40 - 19.5, 2);
+        const double length = std::sqrt(square / mean);
+        CAPTURE(thick);
+        if (before > 0) CHECK((length < 1.001 * before && length > 0.93 * before));
+        before = length;
     }
 }
 

@@ -18,6 +18,7 @@ struct Spread {
     explicit Spread(const Sums& s)
         : x(s.ex / s.e), y(s.ey / s.e), xx(s.exx / s.e - x * x), xy(s.exy / s.e - x * y), yy(s.eyy / s.e - y * y) {}
     double least() const { return 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy); }
+    double greatest() const { return xx + yy - least(); }
 };
 
 // Hertz's pressure of a radius of two cells has this second moment, cells^2, and less at no place in a cell.
@@ -27,13 +28,21 @@ constexpr double least_moment = 2.0 / 3;
 constexpr int most_passes = 100;
 
 // A light press, or one of an edge, would jump from cell to cell. So the level is raised until the smaller second
-// moment is the least one, but at most to where 1/256 of the stiffness carries the force.
+// moment is the least one, but at most to where 1/256 of the stiffness carries the force. If the body or the pad is so
+// narrow that an even pressure hardly has it, each moment, with a cell's, is only to be 0.6 of the even pressure's.
 double wide_enough(const Bed& bed, double level, double asked) {
     constexpr double softest = 1.0 / 256, right_to = 1e-7;
-    const auto missing = [&](double at) { return Spread(sums_above(bed, {at, 0, 0})).least() - least_moment; };
+    const auto part_of = [](double even) { return std::min(0.6 * even - 0.4 / 12, least_moment); };
+    const Spread even(sums_above(bed, {-0.1 * not_below, 0, 0}));
+    const double across = part_of(even.least()), along = part_of(even.greatest());
+    const auto missing = [&](double at) {
+        const Spread s(sums_above(bed, {at, 0, 0}));
+        return std::min(s.least() - across, s.greatest() - along);
+    };
     double low = level, high = level_of(bed, asked / softest);
     double at_low = missing(low), at_high = missing(high);
     if (at_high <= 0) return high;
+    if (at_low >= 0) return low;
     double before = high;
     // Regula falsi; the value of an end that stays twice counts half (Illinois).
     for (int side = 0, pass = 0; pass < most_passes; ++pass) {
