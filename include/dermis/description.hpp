@@ -95,6 +95,7 @@ enum class Control { pressure, depth };
 
 struct Cell {
     int x = 0, y = 0;
+    bool operator==(const Cell& other) const { return x == other.x && y == other.y; }
 };
 
 // One number per cell, width*height, row 0 first. Copies share the numbers, so a scene is cheap to copy.

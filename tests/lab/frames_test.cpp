@@ -105,6 +105,10 @@ TEST_CASE("a plan says what the frames of a sequence lose, and a report at which
     CHECK(std::abs(e.strain_between_frames - 2.011e-3) < 2.8e-4);
     CHECK(std::abs(e.fa1_between_frames - 2.276e-2) < 3.9e-3);
     CHECK(std::isnan(plan(b.table).strain_between_frames));
+    const Material chain =
+        std::exchange(b.sequence.material, {0, 8e3, {}, {}}); // the rate is the pressure, by lines as by parabolas
+    CHECK(plan(b.sequence).fa1_between_frames == 0);
+    b.sequence.material = chain;
     CHECK(report(b.sequence, Result()).vibration.value == relative(17.8013, 1e-5));
     CHECK(std::isnan(report(b.table, Result()).vibration.value));
 }

@@ -315,6 +315,7 @@ std::shared_ptr<const Moments> moments_of(const model::PreparedSkin& skin, const
                                           bool points_only, int threads) {
     auto m = std::make_shared<Moments>();
     m->pressures = pressures_of_parts(skin, schedule);
+    m->cells = schedule.points;
     for (const model::Schedule& other : schedule.others) m->pressures.push_back(other.pressure);
     m->others.resize(schedule.others.size());
     simd::Pool pool(points_only ? 1 : simd::useful_threads(skin.cells(), threads));

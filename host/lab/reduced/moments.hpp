@@ -39,6 +39,7 @@ struct Moments {
     };
     std::vector<Map> pressures; // of each part, 0 in the cells of others; or of each product
     std::vector<Layer> layers;  // first of the pressure
+    std::vector<Cell> cells;    // Schedule::points
     std::array<size_t, REDUCED_MAPS> layer_of{};
     std::vector<Moments> others; // of each of Schedule::others, without `pressures`
     const Moments& product(size_t i) const { return i == 0 ? *this : others[i - 1]; }

@@ -119,20 +119,25 @@ Realised realised(Prepared&& p, const Decision& d) {
                                                   : d.device,
                .moments = {},
                .witness = {}};
-    r.run.schedule.points.resize(r.run.schedule.output.probes.size() + r.run.skin.description.sites.size());
     if (d.explanation.binding && d.peaks) r.witness = witness_of(r.run, taken, *d.peaks);
     if (taken.model == Model::march || !why_not_separable(r.run.skin, r.run.schedule).empty()) return r;
     r.run = in_units(in_parts(std::move(r.run)));
-    const bool same_points = p.moments && p.moments->layers.front().points.size() == r.run.schedule.points.size();
-    r.moments = same_points ? p.moments
-                            : reduced::moments_of(r.run.skin, r.run.schedule, r.sites_alone(), threads_of(r.device));
+    const bool same_cells = p.moments && p.moments->cells == r.run.schedule.points;
+    r.moments =
+        same_cells ? p.moments : reduced::moments_of(r.run.skin, r.run.schedule, r.sites_alone(), threads_of(r.device));
     return r;
+}
+
+// Whether the load is a map in Pa, or a sum of such maps.
+bool is_in_pascal(const model::Schedule& s) {
+    return !s.sequence && s.unit == 1 && std::ranges::all_of(s.others, [](const auto& one) { return one.unit == 1; });
 }
 
 // The last run with another material's elements over the same maps; it is decided, bounded and refused on its own.
 Prepared prepared(Realised&& last, const Material& material) {
     scene::check_material(last.scene, material);
     scene::take_elements(last.scene.material, material);
+    last.run.schedule.points.resize(last.scene.output.probes.size() + last.scene.sites.size()); // without a witness's
     last.run.schedule.modes.clear();
     last.run.schedule.shares.clear();
     take_follow(last.run.schedule, last.scene);
@@ -283,11 +288,9 @@ void compare_holds(const model::PreparedRun& run, Explanation& e) try {
     const double peak = std::max(run.schedule.pressure[cell], 1e-300); // no quotient by 0
     SkinDescription one;
     one.grid = {1, 1, {}}; // without curvature, so that responses are strain and rate
-    std::vector<KelvinVoigt> elements;
     const auto first = run.skin.materials.begin() + long(run.skin.material_at(cell));
     for (const model::Element& m : std::span(first, run.skin.chain.length))
-        elements.push_back({m.modulus, m.viscosity});
-    scene::take_chain(one.material, elements);
+        one.material.elements.push_back({m.modulus, m.viscosity});
     SkinOptions options{.responses = {Quantity::sa1, Quantity::fa1}};
     Skin line(Device::cpu(1), one, options);
     options.hold = Hold::parabolic;
@@ -337,7 +340,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
             const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
             const bool same_maps = last && material.thickness == before.thickness &&
                                    material.curvature_length == before.curvature_length && scene::is_uniform(before) &&
-                                   scene::is_uniform(material) && last->run.schedule.sequence == nullptr &&
+                                   scene::is_uniform(material) && is_in_pascal(last->run.schedule) &&
                                    (scene.receptors.fa2 || scene::has_spring(before) == scene::has_spring(material));
             const bool shared = same_maps && last->moments;
             Scene with = scene;
