@@ -82,11 +82,12 @@ class Written {
 // What the bounds of one product are made from.
 struct AnalysedProduct {
     AnalysedProduct(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
-        : unit(kind.separable ? model::unit_of(schedule.pressure) : 1), materials(analysed(skin, schedule, kind, read)),
+        : quantum(std::max(schedule.quantum, kind.separable ? 0x1p-1074 * model::unit_of(schedule.pressure) : 0)),
+          materials(analysed(skin, schedule, kind, read)),
           rough(roughness_of(skin, schedule, std::ranges::max(materials.pressed, {}, &PressedMaterial::around).around)),
           run(schedule, materials.counted, skin.rule, schedule.method, materials.chain, kind.separable) {}
 
-    const double unit; // Pa: of the run's map
+    const double quantum; // of the run's map
     const AnalysedMaterials materials;
     const Roughness rough;
     CountedRun run; // by the method
@@ -155,7 +156,7 @@ class Analysis {
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak *
                  ((share < 1 && !kind_.separable ? 2 : 1) * of.off + std::abs(of.shift) + truncation(product, cell, q));
-        if (!schedule_.framed) s.off += rounding_of(peak, share, product.unit) * std::abs(s.value);
+        if (!schedule_.framed) s.off += rounding_of(peak, share, product.quantum) * std::abs(s.value);
         if (kind_.separable) s.off += peak * product.run.measured(cell, q);
         if (kind_.spread && q != QUANTITY_STRAIN) spread(s, deep);
         return s;
@@ -280,10 +281,9 @@ class Analysis {
     double half_unit(double x) const { return x > 0 ? std::ldexp(u_, std::ilogb(x * (1 + 1e-5))) : 0; }
 
     // Returns how far pressures are off, relative to the greatest one: the map is rounded in double, and to float.
-    // unit: Pa, of the run's map.
-    double rounding_of(double peak, double share, double unit) const {
+    double rounding_of(double peak, double share, double quantum) const {
         const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
-        const double stored = (kind_.single ? 0x1p-149 : 0x1p-1074 * unit) / peak; // a smaller one is a multiple of it
+        const double stored = (kind_.single ? 0x1p-149 : quantum) / peak;
         return units + (kind_.single ? 0x1p-53 : 0) + (peak > 0 ? stored : 0);
     }
 

@@ -72,13 +72,11 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
     for (const model::Element& element : skin.materials) all.push_back({.element = element});
-    const std::vector<double>&p = schedule.pressure, &given = schedule.load.map;
-    const double by = schedule.load.intensity;
+    const std::vector<double>& p = schedule.pressure;
     const size_t length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
         double& greatest = all[skin.material_at(i)].*peak;
-        const bool lost_to_rounding = p[i] == 0 && !given.empty() && given[i] != 0 && by != 0 && given[i] * by == 0;
-        greatest = std::max(greatest, lost_to_rounding ? 0x1p-1074 : std::abs(p[i]));
+        greatest = std::max(greatest, std::abs(p[i]));
     };
     std::vector<Cell> points;
     for (const Site& site : skin.description.sites)

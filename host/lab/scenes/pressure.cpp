@@ -70,7 +70,7 @@ Map pressure_map(const ValidatedScene& validated) {
     }
     const double intensity = validated.scene.load.intensity;
     if (intensity != 1)
-        for (double& v : map.edit()) v *= intensity;
+        for (double& v : map.edit()) v = product(v, intensity);
     return map;
 }
 

@@ -140,6 +140,11 @@ void check_material(const Scene& validated, const Material&);
 
 // The functions below expect a validated scene.
 
+// a*b; if rounding would lose it, the least double of its sign, because it is not 0.
+inline double product(double a, double b) {
+    return a * b != 0 || a == 0 || b == 0 ? a * b : std::copysign(0x1p-1074, (a < 0) == (b < 0) ? 1.0 : -1.0);
+}
+
 // Returns width*height pressures in Pa where the envelope is 1; the first of the frames, if there are any.
 Map pressure_map(const ValidatedScene&);
 // The same without frames, in units of Load::intensity.

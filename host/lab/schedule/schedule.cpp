@@ -42,8 +42,6 @@ double greatest_change(const std::vector<double>& last, const std::vector<double
 // Reads every frame once, for its peaks and its pressed cells; NpyFile::read refuses values that are not finite.
 void take_sequence(Schedule& s, const PreparedSkin& skin) {
     const double scale = std::abs(s.load.intensity);
-    // A magnitude below the least double counts as the least one, because it is not 0.
-    const auto scaled = [scale](double v) { return v == 0 || scale == 0 ? 0 : std::max(v * scale, 0x1p-1074); };
     std::vector<double> frame, before, rest(skin.cells());
     s.pressure = rest;
     std::vector<double>& greatest = s.pressure.edit();
@@ -54,20 +52,20 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
         s.sequence->read(k, frame);
         if (!s.crests.empty()) scene::press_crests(s.load, s.crests, skin.width(), s.load.intensity, frame);
         const double peak = greatest_change(rest, frame);
-        s.frame_peaks.push_back(scaled(peak));
+        s.frame_peaks.push_back(scene::product(peak, scale));
         if (s.frame_roughness && peak > 0) {
             const std::vector<double> bent =
                 laplacian(frame, without_spacing(skin.description.grid), skin.stencil, skin.edges);
             s.frame_roughness = std::max(*s.frame_roughness, greatest_change(rest, bent) / peak);
         }
-        if (k > 0) s.frame_changes.push_back(scaled(greatest_change(before, frame)));
+        if (k > 0) s.frame_changes.push_back(scene::product(greatest_change(before, frame), scale));
         for (size_t i = 0; i < frame.size(); ++i) {
             greatest[i] = std::max(greatest[i], std::abs(frame[i]));
             if (k > 0 && std::abs(frame[i] - before[i]) > most)
                 most = std::abs(frame[i] - before[i]), s.changed_most = i;
         }
     }
-    for (double& p : greatest) p = scaled(p);
+    for (double& p : greatest) p = scene::product(p, scale);
 }
 
 // Sets the half-spaces, and makes the maps below them.
@@ -264,8 +262,13 @@ PreparedRun in_parts(PreparedRun run) {
     if (skin.uniform()) return run;
     Map pressure = std::vector<double>(skin.cells());
     double* quotient = pressure.edit().data();
-    for (size_t i = 0; i < skin.cells(); ++i)
-        quotient[i] = run.schedule.pressure[i] / scene::resistance(skin.materials[skin.material_at(i)]);
+    double least = INFINITY;
+    for (size_t i = 0; i < skin.cells(); ++i) {
+        const double by = scene::resistance(skin.materials[skin.material_at(i)]), p = run.schedule.pressure[i];
+        quotient[i] = p / by;
+        if (p != 0) least = std::min(least, by);
+    }
+    run.schedule.quantum = std::max(run.schedule.quantum / least, 0x1p-1074);
     run.schedule.pressure = pressure;
     for (int& material : skin.material_of) material = skin.part_of[size_t(material)];
     skin.materials.clear();

@@ -17,8 +17,9 @@ struct Schedule {
     Load load; // validated
     Time time;
     Output output;
-    Map pressure;    // Pa, width*height; of a sequence the greatest |pressure| of each cell over all frames
-    double unit = 1; // Pa: the maps are in this unit, a power of two (in_units)
+    Map pressure;               // Pa, width*height; of a sequence the greatest |pressure| of each cell over all frames
+    double unit = 1;            // Pa: the maps are in this unit, a power of two (in_units)
+    double quantum = 0x1p-1074; // of `pressure`: what one that is no normal number is off by
     // Above the receptors of each class that is wanted; null: they answer to their cell alone. Classes of equal depth
     // share one.
     HalfSpaces half_space;
