@@ -163,6 +163,10 @@ TEST_CASE("a run that would cost a scene its own input is refused before it remo
     fs::copy_file(folder / "sites.csv", out / "2/responses.npy");
     refused(folder.write("scene.toml", grid + "[sites]\npath = \"out/2/responses.npy\"\n"), "2/responses.npy",
             " --set load.intensity=1,2");
+    // NEW/.. is this folder, although it is none before NEW is made
+    const Outcome above =
+        command(folder, "run " + folder.write("traces.csv", grid) + " --out " + (folder / "new/..").string());
+    CHECK_MESSAGE(above.err.find("traces.csv: is read") != std::string::npos, above.err);
     // an input that no run touches stays
     fs::remove(out / "runs.csv");
     CHECK(command(folder, "run " + folder.write("scene.toml", map("out/height.npy")) + to_out).status == 0);

@@ -99,7 +99,8 @@ bool is_ours(const Path& folder) {
 
 void need_inputs_kept(const std::vector<std::string>& inputs, const std::vector<fs::path>& files) {
     std::error_code none;
-    for (const fs::path& file : files) {
+    for (const fs::path& given : files) {
+        const fs::path file = fs::weakly_canonical(given, none); // NEW/.. is a folder before NEW is made
         if (!fs::exists(file, none)) continue;
         const auto input = std::ranges::find_if(inputs, [&](auto& path) { return fs::equivalent(path, file, none); });
         if (input == inputs.end()) continue;
