@@ -65,14 +65,18 @@ void check_ball(const Load& l) {
          ">= 0, and a depth of at most load.ball_radius = " + shortest(*l.ball_radius) + " m");
 }
 
-// Depths of cells by themselves. A map is cut off at 0 once, and times the envelope it has to stay there.
-void check_depths(const Scene& s) {
-    need_positive("material.thickness", *s.material.thickness);
-    const Envelope& e = s.load.envelope;
+// with: what bears no envelope that pulls.
+void need_pushing(const Envelope& e, const char* with) {
     const bool sine = e.kind == Envelope::Kind::sine, table = e.kind == Envelope::Kind::table;
     if ((sine && e.mean < std::abs(e.amplitude)) || (table && std::ranges::min(e.values) < 0))
         refuse("load.envelope", std::string("\"") + text_of(e.kind) + "\" that falls below 0",
-               "one that does not, with load.control = \"depth\"; or a sequence of depths");
+               std::string("one that does not, with ") + with);
+}
+
+// Depths of cells by themselves. A map is cut off at 0 once, and times the envelope it has to stay there.
+void check_depths(const Scene& s) {
+    need_positive("material.thickness", *s.material.thickness);
+    need_pushing(s.load.envelope, "load.control = \"depth\"; or a sequence of depths");
 }
 
 // Fills in the ratio of Poisson of what is pressed into a half-space.
@@ -136,6 +140,7 @@ void check_contact(Scene& s) {
     const bool crests = l.contact == Load::Contact::crests;
     need(crests || l.contact_share == Load().contact_share, "load.contact_share", l.contact_share, with_crests.words);
     if (!crests) return;
+    need_pushing(l.envelope, "load.contact = \"crests\"");
     const double spacing = s.grid.spacing.value_or(1),
                  period = s.surface.ridge_period.value_or(cells_per_ridge(s) * spacing);
     if (!l.contact_length && !finite(period))
@@ -184,8 +189,8 @@ void check_load(Scene& s) {
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
     if (!l.radius_y) l.radius_y = l.radius;
     need_finite("load.intensity", l.intensity);
-    check_contact(s);
     check_envelope(l.envelope, s.time);
+    check_contact(s);
     if (l.kind == Load::Kind::map) need_map("load.path", l.map, s.grid);
     if (sequence) check_sequence(s);
     check_taxels(s);
