@@ -20,17 +20,20 @@ void warn_of_strain(SkinWithShapes& s) {
     if (++s.presses < s.next_look) return;
     s.next_look = s.presses + s.presses / 4 + 1;
     Figure strain;
-    int pad = 0;
+    long pad = 0;
     try {
         const Computing computing(s.in_use.get());
-        while (pad < s.skin->count() && !strain.outside()) strain = s.skin->report(pad++).strain;
+        const Skin::Response all = s.skin->response(Quantity::strain);
+        const auto size = [](float eps) { return std::abs(eps); };
+        pad = (std::ranges::max_element(all, {}, size) - all.begin()) / long(all.size / size_t(s.skin->count()));
+        strain = s.skin->report(int(pad)).strain;
     } catch (const Error& e) {
         if (e.code() != Error::Code::no_memory) throw;
         return; // it has pressed, and looks another time
     }
     if (!strain.outside()) return;
     s.next_look = SIZE_MAX;
-    const std::string words = "pad " + std::to_string(pad - 1) + " has a strain of " + dermis::shortest(strain.value) +
+    const std::string words = "pad " + std::to_string(pad) + " has a strain of " + dermis::shortest(strain.value) +
                               ", indentation over thickness; skin: 0..1. Are pressures and moduli in Pa?";
     if (PyErr_WarnEx(PyExc_RuntimeWarning, words.c_str(), 1) != 0) nb::raise_python_error();
 }
@@ -104,6 +107,7 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
 void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads, nb::handle out) {
     const PadNumbers numbers(pads, s.leading);
     const AnyArray array = pressure_in(s, pressure, numbers, "pressure", "frames");
+    if (array.shape(0) == 0) scene::refuse("pressure", description_of(pressure), "one frame or more");
     const Outputs outputs = outputs_in(s, out);
     size_t of_frame = 1;
     for (size_t n : shape_of(s, numbers)) of_frame *= n;

@@ -86,7 +86,11 @@ Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
     for (const auto& [named, argument] : nb::borrow<nb::dict>(out)) {
         const Skin::Response response = response_of(s, named, responses_of(s));
         const Output<float> array = output_in<float>(argument, shape_of(s, response));
-        if (std::ranges::any_of(outputs, [&](const auto& before) { return before.second.data() == array.data(); }))
+        const auto shares = [&](const Output<float>& before) {
+            return std::less()(before.data(), array.data() + array.size()) &&
+                   std::less()(array.data(), before.data() + before.size());
+        };
+        if (std::ranges::any_of(outputs, shares, [](const auto& before) { return before.second; }))
             scene::refuse("out", description_of(argument) + " twice", "an array for each response");
         outputs.emplace_back(response, array);
     }

@@ -9,6 +9,7 @@ from dermis import contact
 
 GRID = {"grid": {"width": 16, "height": 12}}
 ONES = np.ones((12, 16), np.float32)
+LONG = np.ones(208, np.float32)
 MASKED = np.ma.array(ONES, mask=True)
 NAN = np.where(np.arange(192).reshape(12, 16) == 52, np.nan, ONES).astype(np.float32)
 
@@ -72,6 +73,7 @@ ANSWERS = [
     (press(ONES, 1e-3, out=ONES), "out = float32 array of shape (12, 16); allowed: a dict of arrays"),
     (press(ONES, 1e-3, out={"sa3": ONES}), 'response = \'sa3\'; allowed: "sa1", "sa2", "fa1", "fa2"'),
     (press(ONES, 1e-3, out={"sa1": ONES, "fa1": ONES}), "out = float32 array of shape (12, 16) twice; allowed: an array for each"),
+    (press(ONES, 1e-3, out={"sa1": LONG[:192].reshape(12, 16), "fa1": LONG[16:].reshape(12, 16)}), "(12, 16) twice; allowed"),
     (press(ONES, 1e-3, out={"sa1": ONES.T}), "out = strided float32 array of shape (16, 12); allowed: float32 array in C order that"),
     (press(ONES, 1e-3, out={"sa1": np.ones((16, 12), np.float32).T}), "out = strided float32 array of shape (12, 16); allowed"),
     (press(ONES, 1e-3, out={"sa1": np.broadcast_to(ONES, (12, 16))}), "out = read-only float32 array of shape (12, 16); allowed"),
