@@ -293,5 +293,5 @@ TEST_CASE("endings join cells that are listed, or points around their site, not 
     SkinDescription d = pressed_fields(); // at the surface a skin holds the cells of its sites alone
     d.receptors.depth = {};
     refuses([&] { Skin(Device::cpu(1), d, {.afferents = {around(Quantity::sa1, 4, 1e-3)}}); },
-            "allowed: cells of the description's sites, in a skin without receptors.depth");
+            "afferents[0].radius = 0.001; allowed: none in a skin with sites but without receptors.depth");
 }

@@ -87,6 +87,7 @@ TEST_CASE("a population has the densities asked for, anywhere alike, and is the 
     CHECK(other[0].cell.x != sites[0].cell.x);
     CHECK(few.size() == 2);
     refuses([&] { population(g, {-1}); }, "sites.density.sa1 = -1");
+    refuses([] { population({-5, -5, 1e-3}); }, "grid.width = -5");
     g.spacing.reset();
     refuses([&] { population(g); }, "grid.spacing");
 }

@@ -66,6 +66,7 @@ Cell cell_within(double radius, Cell middle, const Grid& grid, SplitMix64& rando
 
 std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) {
     const DefaultFloats guard;
+    scene::check_grid(grid);
     if (!grid.spacing) scene::refuse("grid.spacing", "(not given)", "metres, required for sites by density");
     const double area = grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4; // cm2
     double all = 0;

@@ -113,16 +113,19 @@ void take_depths(StreamedSkin& s) {
 }
 
 // Refuses endings in cells that no site reads, where a state holds no others.
-void need_held(const StreamedSkin& s) {
+void need_held(const StreamedSkin& s, const std::vector<Afferents>& asked) {
+    const char* others = "in a skin with sites but without receptors.depth";
     std::vector<size_t> held;
     for (const Site& site : s.skin.description.sites) held.push_back(s.skin.number_of(site.cell));
     std::ranges::sort(held);
-    for (size_t i = 0; i < s.afferents.size() && !held.empty(); ++i)
+    for (size_t i = 0; i < s.afferents.size() && !held.empty(); ++i) {
+        const std::string at = "afferents[" + std::to_string(i) + "]";
+        if (asked[i].radius) scene::refuse(at + ".radius", shortest(*asked[i].radius), std::string("none ") + others);
         for (size_t n = 0; n < s.afferents[i].cells.size(); ++n)
             if (!std::ranges::binary_search(held, s.skin.number_of(s.afferents[i].cells[n])))
-                scene::refuse("afferents[" + std::to_string(i) + "].cells[" + std::to_string(n) + "]",
-                              scene::text_of(s.afferents[i].cells[n]),
-                              "cells of the description's sites, in a skin without receptors.depth");
+                scene::refuse(at + ".cells[" + std::to_string(n) + "]", scene::text_of(s.afferents[i].cells[n]),
+                              std::string("cells of sites ") + others);
+    }
 }
 
 // Sets whether SA1 and fibres follow the stress. Refuses this where no cell, or no single material, comes to rest.
@@ -200,7 +203,7 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     take_followed(s, options);
     take_depths(s);
     if (s.by_signals()) s.picked = std::exchange(s.skin.description.sites, {});
-    else need_held(s);
+    else need_held(s, options.afferents);
     s.hold = options.hold;
     s.pads = options.count;
     for (size_t i = 0; i < options.materials.size(); ++i) {
