@@ -9,7 +9,7 @@ set(broken "")
 # Lines of the product at most: of code in host without its examples, kernels and include; and of core with include.
 # Only an issue that names its lines raises a number; the commit names it and says what was removed for it.
 set(most_product 42251)
-set(most_core 18402)
+set(most_core 18394)
 
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are
 # names of other members too, and whoever reads all of them also reads a longer one.

@@ -5,7 +5,6 @@
 #include "dermis/vulkan.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/vulkan/instance.hpp"
-#include "host/core/vulkan/requirements.hpp"
 
 #include <algorithm>
 #include <cstring>

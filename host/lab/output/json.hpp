@@ -4,8 +4,6 @@
 
 #include "dermis/dermis.hpp"
 
-#include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 // Sets keys of `json`, an object or null, to the members of `from` that have their names. Null is made an object
