@@ -4,6 +4,7 @@
 // marches of any size: the suites `ways` and `backends`.
 #include "host/core/cpu/backend.hpp"
 #include "host/core/cpu/planes.hpp"
+#include "host/core/cpu/spreading.hpp"
 #include "host/core/simd/isa.hpp"
 #include "host/lab/march/march.hpp"
 #include "tests/support.hpp"
@@ -199,6 +200,37 @@ template <class K> std::set<std::string> compared_variants(const simd::Isa& isa)
     return ran;
 }
 
+// The answers of SA1 and FA2 at two depths, of so many pads under random signals.
+template <class K>
+std::vector<typename K::real> spread_by(const simd::Isa& isa, const model::PreparedSkin& skin, size_t pads,
+                                        const std::vector<typename cpu::Spreading<K>::Class>& classes) {
+    using real = typename K::real;
+    cpu::Spreading<K> spreading(skin, classes, size_t(skin.width()), pads, true, 1, isa);
+    const size_t all = skin.cells() * pads;
+    std::mt19937 random(3);
+    std::vector<real> strain(all), signal(all), answers(2 * all);
+    for (size_t i = 0; i < all; ++i) strain[i] = real(random()) * 0x1p-34f, signal[i] = real(random()) * 0x1p-31f - 1;
+    const real* const from[] = {strain.data(), signal.data()};
+    real* const to[] = {answers.data(), answers.data() + all};
+    spreading.spread({.count = pads}, from, to, strain.data());
+    return answers;
+}
+
+// Compares pads that stand side by side, as each instruction set has them, and alone with plain loops.
+template <class K> void compare_spreads(const model::PreparedSkin& skin, const model::Depth& depth) {
+    std::vector<typename cpu::Spreading<K>::Class> classes;
+    for (const auto& [q, deep] : {std::pair{QUANTITY_SA1, depth.depth}, {QUANTITY_FA2, 5 * depth.depth}})
+        classes.push_back({q, std::make_shared<const model::Spread>(
+                                  model::spread_of({deep, depth.kernel, depth.poisson}, skin.width(), skin.height()))});
+    for (const simd::Isa* isa : simd::isas())
+        for (const size_t pads : {size_t(1), size_t(isa->of<K>().beside + 1)}) {
+            CAPTURE(isa->name);
+            CAPTURE(pads);
+            CAPTURE(skin.width());
+            CHECK(same_bits(spread_by<K>(*isa, skin, pads, classes), spread_by<K>(simd::plain, skin, pads, classes)));
+        }
+}
+
 } // namespace
 
 TEST_CASE("every variant of the loops of each instruction set here has the bits of the plain one") {
@@ -220,6 +252,19 @@ TEST_CASE("every variant of the loops of each instruction set here has the bits 
         }
         MESSAGE(isa->name, names);
     }
+}
+
+TEST_CASE(
+    "maps that spread to depths on grids of any side have the bits of the plain loops, pads alone and side by side") {
+    for (int side : {1, 2, 3, 4, 5, 6, 7, 8, 9, 40})
+        for (DepthKernel kernel : {DepthKernel::stress, DepthKernel::displacement}) {
+            SkinDescription d = small_scene(side, std::max(side / 2, 1));
+            if (side % 2) std::swap(d.grid.width, d.grid.height);
+            d.receptors.fa2 = Fa2::point;
+            const model::PreparedSkin skin = model::prepare_skin(d, 1);
+            compare_spreads<f32>(skin, {0.1 * side, kernel, 0.4});
+            compare_spreads<f64>(skin, {0.1 * side, kernel, 0.4});
+        }
 }
 
 TEST_CASE("steps taken together by bands of rows have the bits of steps taken one by one") {
