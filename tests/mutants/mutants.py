@@ -3,9 +3,9 @@
 
 Copies the program TESTS, which has the whole library in it, changes one byte of one instruction, and runs suites until one
 fails: a sum becomes a difference, a product a sum, a quotient a product, a minimum a maximum, a branch its opposite; in a
-shader alike. The suites that are about the instruction's group run first, then all others. A mutant that no suite notices
-has survived: it is equivalent (its results are the same for every input), or a test is missing.
-OUT is a table of mutants, one a line; those that it has for this program and seed are not run again.
+shader alike. gdb tells first which suites execute the instruction: only they can notice, the short ones first. A mutant
+that no suite notices has survived: it is equivalent (its results are the same for every input), or a test is missing.
+OUT is a table of mutants, one a line; those that it has for this program are not run again.
 """
 
 import csv
@@ -21,18 +21,16 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-# Functions by their names, and the suites that are about them.
+# Functions by their names.
 GROUPS = {
-    "coefficients": (r"dermis::model::.*(coefficients|Divided|Phi<|Forcing|Segment|SineGains|Totals|elements_of|forcing_of)",
-                     "coefficients kernels hold chain closed_form stability conventions frames materials"),
-    "half-space": (r"HalfSpace|stresses_of|error_of_stresses|spread_of|strain_below_punch", "depth spread indenter"),
-    "pyramid": (r"Spreading<|DeepCells|Felt::|halve|raise_|spread_", "spread ways depth"),
-    "fibres": (r"FibrePopulation|cpu::Fibres|fibre_substeps|Spiking|fire", "spikes fibres afferents ways"),
-    "contacts": (r"dermis::contact::", "foundation bodies touch contact round_pads"),
-    "loops": (r"dermis::(simd|cpu)::", "loops ways kernels skin pads shear materials frames"),
-    "schedule": (r"dermis::(model|planner|reduced)::(Timeline|CountedRun|Moments|References|Stepper|SiteStepper|bounds_of)",
-                 "bounds planner models frames sites counted"),
-    "recorder": (r"dermis::vulkan::", "embedding device trial ways submissions backends"),
+    "coefficients": r"dermis::model::.*(coefficients|Divided|Phi<|Forcing|Segment|SineGains|Totals|elements_of|forcing_of)",
+    "half-space": r"HalfSpace|stresses_of|error_of_stresses|spread_of|strain_below_punch",
+    "pyramid": r"Spreading<|DeepCells|Felt::|halve|raise_|spread_",
+    "fibres": r"FibrePopulation|cpu::Fibres|fibre_substeps|Spiking|fire",
+    "contacts": r"dermis::contact::",
+    "loops": r"dermis::(simd|cpu)::",
+    "schedule": r"dermis::(model|planner|reduced)::(Timeline|CountedRun|Moments|References|Stepper|SiteStepper|bounds_of)",
+    "recorder": r"dermis::vulkan::",
 }
 SWAPS = {0x58: 0x5C, 0x5C: 0x58, 0x59: 0x58, 0x5E: 0x59, 0x5D: 0x5F, 0x5F: 0x5D}  # add sub mul div min max of SSE and AVX
 FLOATING = re.compile(r"v?(add|sub|mul|div|min|max)[sp][sd]$")
@@ -78,7 +76,7 @@ def is_ours(function):
 
 
 def places_of_code(program):
-    """Lists (group, offset in the file, old byte, new byte, instruction, function) of the program's code."""
+    """Lists (group, offset in the file, old byte, new byte, instruction, function, address) of the program's code."""
     sections = subprocess.run(["readelf", "-SW", program], capture_output=True, text=True, check=True).stdout
     text = re.search(r"\.text\s+PROGBITS\s+([0-9a-f]+)\s+([0-9a-f]+)", sections)
     shift = int(text[1], 16) - int(text[2], 16)
@@ -87,17 +85,18 @@ def places_of_code(program):
     for line in lines:
         if line.endswith(">:\n"):
             function = line.split(" <", 1)[1][:-3]
-            group = next((g for g, (names, _) in GROUPS.items() if is_ours(function) and re.search(names, function)), None)
+            group = next((g for g, names in GROUPS.items() if is_ours(function) and re.search(names, function)), None)
         elif group and (found := re.match(r" *([0-9a-f]+):\t((?:[0-9a-f]{2} )+) *\t(\S+)", line)):
             code = bytes.fromhex(found[2])
             change = change_of(code, found[3], group == "recorder")
             if change:
-                places.append((group, int(found[1], 16) - shift + change[0], code[change[0]], change[1], found[3], function))
+                address = int(found[1], 16)
+                places.append((group, address - shift + change[0], code[change[0]], change[1], found[3], function, address))
     return places
 
 
 def places_of_shaders(program):
-    """The same of the shaders that the program holds; the function is the shader's number."""
+    """The same of the shaders that the program holds; the function is the shader's number, and the address None."""
     data, places, shaders = Path(program).read_bytes(), [], 0
     for start in re.finditer(re.escape(struct.pack("<I", 0x07230203)), data):
         word, at = lambda i: struct.unpack_from("<I", data, i)[0], start.start() + 20
@@ -107,7 +106,7 @@ def places_of_shaders(program):
         while word(at) >> 16:
             code, length = word(at) & 0xFFFF, word(at) >> 16
             if code in SHADER:
-                places.append(("shaders", at, code, SHADER[code], f"OpF {code}", f"shader {shaders}"))
+                places.append(("shaders", at, code, SHADER[code], f"OpF {code}", f"shader {shaders}", None))
             at += 4 * length
             if code == 56 and word(at) & 0xFFFF != 54:  # the end of the last function
                 break
@@ -129,15 +128,23 @@ def usual_time(suite):
         if COSTS.exists() else 0
 
 
-def first_failing(program, group):
-    """The first suite that fails, or "" if none does."""
-    first = GROUPS.get(group, ("", "ways embedding device spread spikes"))[1].split()
+def suites():
+    """The suites of the program, the short ones first. `shims` runs under a layer, and `threads` by a sanitizer."""
     names = {path.name.removesuffix("_test.cpp") for path in Path(__file__).resolve().parents[1].glob("*/*_test.cpp")}
-    missing = set(first) - names
-    if missing:
-        sys.exit(f"mutants: no suite is named {', '.join(sorted(missing))}")
-    rest = sorted(names - set(first) - {"shims", "faults", "memory", "threads"}, key=usual_time)
-    return next((suite for suite in [*first, *rest] if fails(program, suite)), "")
+    return sorted(names - {"shims", "threads"}, key=lambda name: (usual_time(name), name))
+
+
+def reached(program, suite, addresses, folder):
+    """Which of the addresses a suite executes: a set, from gdb, or from the folder where it was asked before."""
+    out = folder / suite
+    if not out.exists():
+        command = ["gdb", "-nx", "-batch", "-x", Path(__file__).with_name("reached.py"), "--args", program,
+                   f"--source-file=*/{suite}_test.cpp", "--no-skip"]
+        said = subprocess.run(command, capture_output=True, text=True, errors="replace",
+                              env={**os.environ, "REACHED": " ".join(map(str, [out, *addresses]))})
+        if not out.exists():
+            sys.exit(f"mutants: {suite}: {said.stdout[-1000:]}{said.stderr[-1000:]}")
+    return {int(line) for line in out.read_text().split()}
 
 
 def main():
@@ -150,14 +157,18 @@ def main():
     for g in groups:
         print(f"{g}: {len(by_group[g])} places", flush=True)
     drawn = [draw.choice(by_group[groups[i % len(groups)]]) for i in range(count)]
+    addresses = sorted({place[-1] for place in drawn if place[-1] is not None})
+    folder = table.parent / f"reached-{version}-{hashlib.sha256(repr(addresses).encode()).hexdigest()[:12]}"
+    folder.mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        executed = dict(zip(suites(), pool.map(lambda suite: reached(program, suite, addresses, folder), suites())))
     done = {}
     if table.exists():
         with table.open(newline="") as rows:
             done = {(r["program"], int(r["offset"])): r["failing"] for r in csv.DictReader(rows)}
-    table.parent.mkdir(parents=True, exist_ok=True)
 
     def failing_of(number):
-        group, offset, old, new, _, _ = drawn[number]
+        _, offset, old, new, _, _, address = drawn[number]
         if (version, offset) in done:
             return done[version, offset]
         mutant = table.parent / f"mutant-{os.getpid()}-{number}"
@@ -169,7 +180,7 @@ def main():
                     sys.exit(f"mutants: offset {offset} does not hold {old:#x}")
                 file.seek(offset)
                 file.write(bytes([new]))
-            return first_failing(mutant, group)
+            return next((suite for suite in executed if address in executed[suite] | {None} and fails(mutant, suite)), "")
         finally:
             mutant.unlink(missing_ok=True)
 
@@ -179,13 +190,15 @@ def main():
         if out.tell() == 0:
             write.writerow(["program", "offset", "group", "instruction", "new_byte", "failing", "function"])
         for number, failing in enumerate(pool.map(failing_of, range(count))):
-            group, offset, _, new, instruction, function = drawn[number]
+            group, offset, _, new, instruction, function, address = drawn[number]
             if (version, offset) not in done:
                 write.writerow([version, offset, group, instruction, hex(new), failing, function])
                 out.flush()
-            print(f"{number + 1}/{count} {group:<13}{failing or 'SURVIVES':<14}{instruction:<10}{function[:90]}", flush=True)
+            never = address is not None and not any(address in of for of in executed.values())
+            outcome = failing or ("NEVER RUN" if never else "SURVIVES")
+            print(f"{number + 1}/{count} {group:<13}{outcome:<14}{instruction:<10}{function[:90]}", flush=True)
             if not failing:
-                survivors.append((group, hex(offset), instruction, function))
+                survivors.append((outcome, group, hex(offset), instruction, function))
     print(f"{len(survivors)} of {count} survive")
     for survivor in survivors:
         print("  ", *survivor)
