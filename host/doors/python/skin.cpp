@@ -14,19 +14,17 @@
 namespace dermis::python {
 namespace {
 
-// Warns once of a strain beyond 1, which skin does not have. It looks again after a quarter more presses, so that in
-// the long run this takes no time.
+// Warns once of a strain beyond 1, which skin does not have. It looks at up to 64 pads, in turn, and again after a
+// quarter more presses, so that in the long run this takes no time.
 void warn_of_strain(SkinWithShapes& s) {
     if (++s.presses < s.next_look) return;
     s.next_look = s.presses + s.presses / 4 + 1;
     Figure strain;
-    long pad = 0;
+    int pad = 0;
     try {
         const Computing computing(s.in_use.get());
-        const Skin::Response all = s.skin->response(Quantity::strain);
-        const auto size = [](float eps) { return std::abs(eps); };
-        pad = (std::ranges::max_element(all, {}, size) - all.begin()) / long(all.size / size_t(s.skin->count()));
-        strain = s.skin->report(int(pad)).strain;
+        for (int n = std::min(s.skin->count(), 64); n > 0 && !strain.outside(); --n)
+            pad = s.look_at++ % s.skin->count(), strain = s.skin->report(pad).strain;
     } catch (const Error& e) {
         if (e.code() != Error::Code::no_memory) throw;
         return; // it has pressed, and looks another time

@@ -19,6 +19,7 @@ struct SkinWithShapes {
     std::optional<Skin> skin;          // never empty before the destructor, which uses a Vulkan device too
     double done = 0;                   // the fraction of a call's frames that had been pressed when it last looked
     size_t presses = 0, next_look = 0; // calls that pressed; the one after which strains are looked at
+    int look_at = 0;                   // the pad to begin with, modulo their number
 
     ~SkinWithShapes() {
         const Computing computing(in_use.get());
