@@ -26,18 +26,33 @@ std::vector<Site> scattered(int width, int height, int count) {
 TEST_CASE("a site has the bits of the field at its cell, in every model that can serve it") {
     const Validated vulkan;
     const std::vector<Quantity> classes = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    for (bool materials : {false, true})
+    const auto path = temporary("frames_of_sites.npy");
+    std::vector<std::vector<double>> frames;
+    for (int k = 0; k < 5; ++k) {
+        frames.emplace_back();
+        for (int i = 0; i < 37 * 21; ++i) frames.back().push_back(std::sin(0.3 * i + k * k));
+    }
+    oracle::write_frames(path, {37, 21, {}}, frames);
+    enum class Case { uniform, materials, parabolas }; // parabolas: through frames, on elements and a spring in series
+    for (Case of : {Case::uniform, Case::materials, Case::parabolas})
         for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
                                       {Stencil::five_point, Edges::periodic},
                                       {Stencil::fourth_order, Edges::mirror},
                                       {published_stencil, published_edges}}) {
-            CAPTURE(materials);
+            CAPTURE(int(of));
             Scene s = small_scene(37, 21);
             s.stencil = stencil;
             s.edges = edges;
             s.output.probes.clear();
-            if (materials)
+            if (of == Case::materials)
                 for (int i = 0; i < 37 * 21; ++i) s.material.modulus_map.edit().push_back(1 + 0.1 * (i % 11));
+            if (of == Case::parabolas) {
+                s.load = {
+                    .kind = Load::Kind::sequence, .path = path.string(), .interval = 0.1, .hold = Hold::parabolic};
+                s.material = {};
+                s.material.elements = {{1, 0.2}, {2, 0.05}, {3, 1}};
+                s.material.spring = 4;
+            }
             Scene field = s;
             field.output.traces.clear();
             for (int n = 1; n < 8; ++n) field.output.fields.push_back({n * 0.05, classes});
@@ -61,6 +76,7 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
             check(run(s, Device::cpu(), f32), run(field, Device::cpu(), f32));
             check(run(s, vulkan.device(), f32), run(field, vulkan.device(), f32));
         }
+    std::filesystem::remove(path);
 }
 
 TEST_CASE("a population has the densities asked for, anywhere alike, and is the same for the same seed") {
