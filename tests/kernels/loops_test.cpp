@@ -13,6 +13,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -65,24 +66,27 @@ struct LoopVariant {
     int elements = 1; // and a spring, if there are more than 2
     int stencil = STENCIL_FIVE_POINT;
     bool passed = false, tiles = false, all = true; // FA2 without gains; sums; all responses or one
+    int streamed = -1; // responses go past the caches, and begin as many cells behind a cache line; -1: they do not
 
     std::string name() const {
         const char* holds[] = {"held", "linear", "parabolic"};
         return std::string(holds[int(hold)]) + (materials ? ", materials" : "") + (compensated ? ", compensated" : "") +
                ", " + std::to_string(elements) + " in series, stencil " + std::to_string(stencil) +
-               (passed ? ", passed" : "") + (tiles ? ", sums" : "") + (all ? "" : ", one response");
+               (passed ? ", passed" : "") + (tiles ? ", sums" : "") + (all ? "" : ", one response") +
+               (streamed < 0 ? "" : ", streamed " + std::to_string(streamed) + " behind a line");
     }
 };
 
 // The arguments of a step and an answer in one memory, of which every number can be compared.
 template <class K> struct LoopMemory {
     using real = typename K::real;
-    static constexpr int width = 150, pitch = 160, far = 2, most_maps = 40;
+    static constexpr int width = 150, pitch = 160, far = 2, most_maps = 40, line = 64 / int(sizeof(real));
 
-    LoopMemory(const LoopVariant& v, unsigned seed) : numbers(size_t(most_maps * pitch)) {
+    LoopMemory(const LoopVariant& v, unsigned seed) : numbers(size_t(most_maps * pitch + 2 * line)) {
+        first = line - int(reinterpret_cast<size_t>(numbers.data()) / sizeof(real)) % line + std::max(v.streamed, 0);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> number(-1, 1);
-        for (real& x : numbers) x = real(number(random));
+        for (int i = 0; i < most_maps * pitch; ++i) map(0)[i] = real(number(random));
         for (auto& k : table)
             for (size_t i = 0; i < sizeof k / sizeof(real); ++i) (&k.E)[i] = real(number(random));
         real* const members = &c.coefficients.E;
@@ -116,12 +120,12 @@ template <class K> struct LoopMemory {
              .signal = {map(25 + far), map(30), map(31), map(32)},
              .rest_curvature = map(33),
              .response = {},
-             .streams = false,
+             .streams = v.streamed >= 0,
              .tiles = {}};
         for (int i = 0; i < RESPONSE_MAPS; ++i) r.response[i] = v.all || i == 2 ? map(34 + i) : nullptr;
         for (int q = 0; v.tiles && q < REDUCED_MAPS; ++q) r.tiles[q] = tiles[q];
     }
-    real* map(int i) { return numbers.data() + i * pitch; }
+    real* map(int i) { return numbers.data() + first + i * pitch; }
     // Whether all is the same, except the cells beyond a row's end.
     bool same(LoopMemory& other) {
         for (int i = 0; i < most_maps; ++i)
@@ -130,6 +134,7 @@ template <class K> struct LoopMemory {
     }
 
     std::vector<real> numbers;
+    int first; // where the maps begin
     std::array<int, pitch> material;
     std::array<int, pitch / PITCH_CELLS> line_material;
     typename K::Coefficients table[3 * 8];
@@ -142,11 +147,14 @@ template <class K> struct LoopMemory {
 // Compares a loop with the plain one, and notes the variant.
 template <class K, class Call>
 void compare_loop(std::set<std::string>& ran, const simd::Isa& isa, const char* loop, const LoopVariant& v, Call call) {
-    LoopMemory<K> plain(v, 3), other(v, 3);
+    LoopVariant unstreamed = v;
+    unstreamed.streamed = -1;
+    LoopMemory<K> plain(unstreamed, 3), other(v, 3);
     CAPTURE(isa.name);
     CAPTURE(loop);
     CAPTURE(v.name());
     CHECK(call(isa, other) == call(simd::plain, plain));
+    isa.fence_streams();
     CHECK(other.same(plain));
     CHECK(ran.insert(std::string(loop) + (std::is_same_v<K, f32> ? " f32, " : " f64, ") + v.name()).second);
 }
@@ -170,16 +178,20 @@ template <class K> std::set<std::string> compared_variants(const simd::Isa& isa)
                                         of.of<K>().respond(m.r, m.c);
                                         return 0;
                                     });
-        for (bool compensated : {false, true})
-            for (const LoopVariant& v : {LoopVariant{simd::Hold::parabolic, false, compensated, 3, stencil},
-                                         {simd::Hold::linear, true, compensated, 1, stencil},
-                                         {simd::Hold::linear, false, compensated, 1, stencil},
-                                         {simd::Hold::linear, false, compensated, 2, stencil},
-                                         {simd::Hold::linear, false, compensated, 3, stencil}})
-                compare_loop<K>(ran, isa, "step_rows", v, [](const simd::Isa& of, LoopMemory<K>& m) {
-                    of.of<K>().step_rows({.advance = m.a, .respond = m.r}, m.c);
-                    return 0;
-                });
+        for (int streamed : {-1, 0, 5})
+            for (bool passed : {false, true})
+                for (bool compensated : {false, true})
+                    for (LoopVariant v : {LoopVariant{simd::Hold::parabolic, false, compensated, 3, stencil},
+                                          {simd::Hold::linear, true, compensated, 1, stencil},
+                                          {simd::Hold::linear, false, compensated, 1, stencil},
+                                          {simd::Hold::linear, false, compensated, 2, stencil},
+                                          {simd::Hold::linear, false, compensated, 3, stencil}}) {
+                        v.passed = passed, v.streamed = streamed;
+                        compare_loop<K>(ran, isa, "step_rows", v, [](const simd::Isa& of, LoopMemory<K>& m) {
+                            of.of<K>().step_rows({.advance = m.a, .respond = m.r}, m.c);
+                            return 0;
+                        });
+                    }
     }
     for (int count : {1, 15, 16, 17, 63, 64})
         compare_loop<K>(ran, isa, "join_tiles", {.elements = count}, [&](const simd::Isa& of, LoopMemory<K>& m) {
@@ -247,7 +259,7 @@ TEST_CASE("every variant of the loops of each instruction set here has the bits 
     for (const simd::Isa* isa : simd::isas()) {
         std::string names;
         for (const std::set<std::string>& ran : {compared_variants<f32>(*isa), compared_variants<f64>(*isa)}) {
-            CHECK(ran.size() == 24 + 24 + 30 + 6); // of advance, respond, step_rows and join_tiles
+            CHECK(ran.size() == 24 + 24 + 180 + 6); // of advance, respond, step_rows and join_tiles
             for (const std::string& name : ran) names += "\n  " + name;
         }
         MESSAGE(isa->name, names);
@@ -265,6 +277,37 @@ TEST_CASE(
             compare_spreads<f32>(skin, {0.1 * side, kernel, 0.4});
             compare_spreads<f64>(skin, {0.1 * side, kernel, 0.4});
         }
+}
+
+TEST_CASE("the range and the sum of a tile are those of its responses, wherever in it the greatest and the least are") {
+    const auto check = [](auto k, const simd::Isa& isa, const LoopVariant& v) {
+        using K = decltype(k);
+        LoopMemory<K> m(v, 3);
+        for (int turn = 0; turn < m.width; ++turn) {
+            for (int i = 0; i < m.most_maps; ++i) std::rotate(m.map(i), m.map(i) + 1, m.map(i) + m.width);
+            isa.of<K>().respond(m.r, m.c);
+            for (int q = 0; q < REDUCED_MAPS; ++q)
+                for (int x = 0; x < m.width; x += TILE_CELLS) {
+                    const auto* of = (q == QUANTITY_STRAIN ? m.r.strain.here : m.r.response[q - QUANTITY_SA1]) + x;
+                    const int cells = std::min(TILE_CELLS, m.width - x);
+                    const auto& tile = m.tiles[q][x / TILE_CELLS];
+                    REQUIRE(tile.low == *std::min_element(of, of + cells));
+                    REQUIRE(tile.high == *std::max_element(of, of + cells));
+                    double sum = 0, size = 0;
+                    for (int i = 0; i < cells; ++i) sum += of[i], size += std::abs(double(of[i]));
+                    REQUIRE(double(tile.sum) ==
+                            absolute(sum, 8 * double(std::numeric_limits<decltype(tile.sum)>::epsilon()) * size));
+                }
+        }
+    };
+    for (const simd::Isa* isa : simd::isas())
+        for (int stencil : {STENCIL_FIVE_POINT, STENCIL_FOURTH_ORDER, STENCIL_PUBLISHED})
+            for (bool passed : {false, true}) {
+                CAPTURE(isa->name);
+                CAPTURE(stencil);
+                check(f32(), *isa, {.stencil = stencil, .passed = passed, .tiles = true});
+                check(f64(), *isa, {.stencil = stencil, .passed = passed, .tiles = true});
+            }
 }
 
 TEST_CASE("steps taken together by bands of rows have the bits of steps taken one by one") {

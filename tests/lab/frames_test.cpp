@@ -113,6 +113,20 @@ TEST_CASE("a plan says what the frames of a sequence lose, and a report at which
     CHECK(std::isnan(report(b.table, Result()).vibration.value));
 }
 
+TEST_CASE("an output just behind a frame does not magnify what float rounds along parabolas") {
+    std::vector<double> values;
+    for (int k = 0; k <= 26; ++k) values.push_back(1 + std::sin(0.7 * k));
+    const Both b = both(values, 0.02 * (1 - 1e-8), 0.01); // output 2k lies k * 0.2 ns behind frame k
+    Scene s = b.sequence;
+    s.load.hold = Hold::parabolic;
+    s.output.fields.clear();
+    s.output.traces = {Quantity::strain, Quantity::sa2, Quantity::fa1};
+    RunOptions f32{.precision = Precision::f32}, f64{.precision = Precision::f64};
+    const Result rounded = run(s, Device::cpu(), f32), exact = run(s, Device::cpu(), f64);
+    for (size_t t = 0; t < exact.traces.size(); ++t)
+        CHECK(difference(rounded.traces[t].max, exact.traces[t].max) < 1e-5);
+}
+
 TEST_CASE(
     "frames may lie beside outputs, and springs have FA1 of them; what is beyond float is refused with its cell") {
     const File good("good.npy", {3, 2, {}}, std::vector<std::vector<double>>(4, std::vector<double>(6, 1.0)));
