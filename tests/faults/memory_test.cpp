@@ -10,6 +10,7 @@
 #include "host/doors/c/handles.hpp"
 #include "tests/allocations.hpp"
 #include "tests/command.hpp"
+#include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -357,6 +358,10 @@ TEST_CASE("an allocation that fails beside a Vulkan driver's own: the same, and 
         all.push_back(double(made.memory().check.bytes));
     };
     starve("a program", program, 31, true);
+    Host host(*vulkan::context_of(*device.impl().backend), pressing.description, 1, pressing.options);
+    vulkan::SkinProgram bound(handles, pressing.description, 100, pressing.options);
+    starve(
+        "a binding", [&](Numbers&) { (void)bound.bind(host.buffers(1)); }, 1, true);
 }
 
 TEST_CASE("an allocation that fails under the C interface is the status DERMIS_NO_MEMORY") {
