@@ -30,6 +30,7 @@ QUICK_SHIMS = ["noncoherent", "least", "few_buffers", "contracting"]
 QUICK = {
     "device": "the canary*",
     "embedding": "timestamps*,nothing of sites*,drawn skins in a host's*",
+    "hold": "a step from rest*",
     "sites": "*",
     "skin": "a pause keeps*",
 }
