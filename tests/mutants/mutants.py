@@ -122,6 +122,13 @@ def fails(program, suite):
         return True
 
 
+def fails_under_shims(program, mutant):
+    """Whether the suite `shims` notices: its devices run the shaders that a software driver does not take."""
+    command = [sys.executable, Path(__file__).resolve().parents[1] / "shims/shims.py", "--tests", mutant,
+               "--command", program.parents[1] / "dermis", "--layers", program.parent / "shims"]
+    return subprocess.run(command, capture_output=True).returncode != 0
+
+
 def usual_time(suite):
     """The seconds that ctest has measured of a suite, so that short ones come first; 0 before the first test."""
     return next((float(line.split()[2]) for line in COSTS.read_text().splitlines() if line.startswith(suite + " ")), 0) \
@@ -129,7 +136,7 @@ def usual_time(suite):
 
 
 def suites():
-    """The suites of the program, the short ones first. `shims` runs under a layer, and `threads` by a sanitizer."""
+    """The suites of the program, the short ones first. `shims` is a program that runs others, `threads` needs a sanitizer."""
     names = {path.name.removesuffix("_test.cpp") for path in Path(__file__).resolve().parents[1].glob("*/*_test.cpp")}
     return sorted(names - {"shims", "threads"}, key=lambda name: (usual_time(name), name))
 
@@ -180,7 +187,10 @@ def main():
                     sys.exit(f"mutants: offset {offset} does not hold {old:#x}")
                 file.seek(offset)
                 file.write(bytes([new]))
-            return next((suite for suite in executed if address in executed[suite] | {None} and fails(mutant, suite)), "")
+            for suite in executed:
+                if address in executed[suite] | {None} and fails(mutant, suite):
+                    return suite
+            return "shims" if address is None and fails_under_shims(program, mutant) else ""
         finally:
             mutant.unlink(missing_ok=True)
 
