@@ -98,6 +98,28 @@ TEST_CASE("every cell has the bits of a uniform skin of its material, under ever
         }
 }
 
+TEST_CASE(
+    "a material of its own in each of thousands of cells under a sine: cells have the bits of a skin with fewer") {
+    Scene few = level(70, 30);
+    few.load.envelope = {.kind = Envelope::Kind::sine, .frequency = 3, .phase = 0.4};
+    few.output.traces.clear();
+    few.output.fields = {{0.2, all}, {0.23, all}}; // after whole steps, and within one
+    Scene many = few;
+    many.grid.height = 60; // more materials than a table holds
+    for (Scene* s : {&few, &many}) {
+        s->load.kind = Load::Kind::map;
+        for (int i = 0; i < 70 * s->grid.height; ++i) {
+            s->material.modulus_map.edit().push_back(1 + 0.001 * i);
+            s->load.map.edit().push_back(1);
+        }
+    }
+    for (Precision precision : {Precision::f64, Precision::f32}) {
+        const Result a = run_on(few, {Device::cpu(), precision}), b = run_on(many, {Device::cpu(), precision});
+        for (size_t f = 0; f < a.fields.size(); ++f)
+            for (size_t i = 0; i < 70 * 30; ++i) REQUIRE(b.fields[f].values[i] == a.fields[f].values[i]);
+    }
+}
+
 TEST_CASE("elastic and viscous cells in one skin: each kind has its impulses, the other none") {
     Scene s = level(2, 1);
     s.load.kind = Load::Kind::map;

@@ -217,8 +217,12 @@ TEST_CASE("a state saved without depths goes on at depths, and the other way rou
     }
 }
 
-TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without gain") {
-    SkinDescription d = deep_ridges(21, 12);
+namespace {
+
+// later: whether the material is set after the skin is made.
+void check_inputs(const Validated& vulkan, int width, int height, bool later) {
+    const int cells = width * height;
+    SkinDescription d = deep_ridges(width, height);
     d.receptors.depth = {.sa1 = 3e-4, .sa2 = {}, .fa1 = {}, .fa2 = 1.2e-3};
     d.material.spring.reset(); // whose strain a step rounds otherwise than who reads the state
     SkinDescription as_input = d;
@@ -230,9 +234,10 @@ TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without
     for (Quantity q : {Quantity::sa1, Quantity::fa1, Quantity::fa2}) {
         options.afferents.push_back({.type = q, .model = afferent_model(q), .cells = {}});
         options.afferents.back().model->spread = 0; // all feel the same
-        for (int i = 0; i < 10; ++i) options.afferents.back().cells.push_back({2 * i, i});
+        for (int i = 0; i < 10; ++i) options.afferents.back().cells.push_back({2 * i % width, i % height});
     }
-    const Validated vulkan;
+    Material other = d.material;
+    other.elements[1].modulus = 3e5;
     for (const Signal follow : {Signal::strain, Signal::stress})
         for (const Device& device : {Device::cpu(1), vulkan.device()}) {
             as_input.receptors.follow.sa1 = follow;
@@ -244,9 +249,12 @@ TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without
                 as_input.receptors.depth = {.sa1 = z};
                 inputs.emplace_back(Device::cpu(1), as_input, plain);
             }
+            if (later) skin.set_material(other);
+            for (Skin& input : inputs)
+                if (later) input.set_material(other);
             Random r;
             for (int n = 0; n < 2; ++n) {
-                const std::vector<float> pressure = drawn_pressure(r, 2 * 21 * 12);
+                const std::vector<float> pressure = drawn_pressure(r, size_t(2 * cells));
                 skin.press(pressure, 1e-3);
                 for (Skin& input : inputs) input.press(pressure, 1e-3);
             }
@@ -262,9 +270,19 @@ TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without
                         std::memcpy(planes, at, sizeof planes);
                         at += sizeof planes;
                         CHECK(planes[FIBRE_INPUT] ==
-                              inputs[kind].response(Quantity::sa1)[pad * 21 * 12 + size_t(c.y * 21 + c.x)]);
+                              inputs[kind].response(Quantity::sa1)[pad * size_t(cells) + size_t(c.y * width + c.x)]);
                     }
         }
+}
+
+} // namespace
+
+TEST_CASE("the input of a fibre at a depth is the response of SA1 there, without gain, of a material set later and on "
+          "any number of cells") {
+    const Validated vulkan;
+    check_inputs(vulkan, 21, 12, false);
+    check_inputs(vulkan, 3, 1, true);
+    check_inputs(vulkan, 1, 1, false);
 }
 
 TEST_CASE("SA1 that follows the stress answers as a spring of the modulus at rest does, with the gain of the strain") {
