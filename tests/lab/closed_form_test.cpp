@@ -7,6 +7,7 @@
 #include "host/core/description/description.hpp"
 #include "tests/oracle/closed_form.hpp"
 #include "tests/oracle/oracle.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 using namespace test;
@@ -196,6 +197,22 @@ TEST_CASE("more bits change nothing in the exact outputs of random scenes") {
         for (size_t f = 0; f < more.fields.size(); ++f)
             same(less.fields[f].values, more.fields[f].values, more.fields[f].quantity);
     }
+}
+
+TEST_CASE(
+    "a sine under a window has the numbers of the exact scene, fast or slow beside a material and its adaptation") {
+    for (double frequency : {0.01, 0.3, 40.0})
+        for (Fa2 fa2 : {Fa2::point, Fa2::step_mean}) {
+            CAPTURE(frequency);
+            Scene s = small_scene(4, 3);
+            s.receptors.sa2_adaptation = 0.5, s.receptors.fa2 = fa2;
+            s.precision = Precision::f64;
+            s.output.traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+            s.load.envelope = {.kind = Envelope::Kind::sine, .frequency = frequency, .phase = 0.4};
+            s.load.envelope.window = {.start = 0.03, .rise = 0.2, .until = 0.28, .fall = 0.07};
+            const oracle::Case c = oracle::with_maps(s);
+            CHECK(oracle::distance(oracle::exact(c), c.scene, run(c.scene, Device::cpu(1))).value < 1e-11);
+        }
 }
 
 TEST_CASE("impulses have the weights of the exact scene") {
