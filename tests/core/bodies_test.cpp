@@ -11,8 +11,8 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-constexpr int columns = 60, rows = 48;
-constexpr double tip = 8e-3; // m
+constexpr int columns = 90, rows = 48; // more columns than a LineRow has lines
+constexpr double tip = 8e-3;           // m
 
 // A turn about an axis through the middle, by an angle.
 Pose turned(const Vector& position, Vector axis, double angle) {
