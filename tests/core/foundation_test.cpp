@@ -594,6 +594,11 @@ TEST_CASE("Shapes, images and borders that a Touch cannot take are refused by th
     CHECK(refused([] {
               Grip(24, 24, 5e-4, {stiffness, {0, 8, 0, 0}});
           }) == "source.around[1] = 8; allowed: -0.012..0.512 m: less the pad, 1024 cells or the pad once more");
+    const double quarter_turn = 0.5 * (pi * 0.01 - 24 * 5e-4); // the pad's arc is in its middle
+    Grip(24, 24, 5e-4, {stiffness, {0, 0.999 * quarter_turn, 0, 0}}, 0.01);
+    CHECK(refused([&] {
+              Grip(24, 24, 5e-4, {stiffness, {0, 1.001 * quarter_turn, 0, 0}}, 0.01);
+          }).ends_with("a quarter turn"));
 }
 
 TEST_CASE("If memory fails for the shapes of a call, or for images, the pressures of the call before stay; later calls "
