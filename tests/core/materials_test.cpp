@@ -99,7 +99,7 @@ TEST_CASE("every cell has the bits of a uniform skin of its material, under ever
 }
 
 TEST_CASE(
-    "a material of its own in each of thousands of cells under a sine: cells have the bits of a skin with fewer") {
+    "thousands of cells, each of another material, have under a sine the bits that they have on a skin with fewer") {
     Scene few = level(70, 30);
     few.load.envelope = {.kind = Envelope::Kind::sine, .frequency = 3, .phase = 0.4};
     few.output.traces.clear();

@@ -278,7 +278,7 @@ TEST_CASE(
         }
 }
 
-TEST_CASE("the range and the sum of a tile are those of its responses, wherever in it the greatest and the least are") {
+TEST_CASE("a tile has the range and the sum of its responses, in whichever cells the greatest and the least are") {
     const auto check = [](auto k, const simd::Isa& isa, const LoopVariant& v) {
         using K = decltype(k);
         LoopMemory<K> m(v, 3);

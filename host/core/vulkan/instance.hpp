@@ -19,13 +19,13 @@ struct Loader {
 };
 Loader system_loader();
 
-// Requirements on a device, the same for the library's own and an embedding host's: the limit that is too small, its
-// value and the value needed, empty where every limit suffices;
+// Requirements on a device are the same for the library's own and an embedding host's. Returns the limit that is too
+// small, its value and the value needed; empty if every limit suffices.
 std::string why_not(const VkPhysicalDeviceLimits&);
-// the rules that kernels may declare, because the device offers them and the extension is enabled;
+// Returns the rules that kernels may declare, because the device offers them and the extension is enabled.
 FloatRules float_rules(PFN_vkGetPhysicalDeviceProperties2, VkPhysicalDevice, const std::vector<std::string>& enabled);
-// and whether kernels read maps as texel buffers: on a software driver, where that is faster, if its texel buffers can
-// be as large, and begin at the same offsets, as its storage buffers.
+// Whether kernels read maps as texel buffers: on a software driver, where that is faster, if its texel buffers can be
+// as large, and begin at the same offsets, as its storage buffers.
 bool reads_texels(const VkPhysicalDeviceProperties&);
 
 struct InstanceOptions {

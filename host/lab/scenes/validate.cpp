@@ -65,7 +65,7 @@ void check_ball(const Load& l) {
          ">= 0, and a depth of at most load.ball_radius = " + shortest(*l.ball_radius) + " m");
 }
 
-// with: what bears no envelope that pulls.
+// Refuses an envelope that falls below 0. with: the key that allows none, for the error.
 void need_pushing(const Envelope& e, const char* with) {
     const bool sine = e.kind == Envelope::Kind::sine, table = e.kind == Envelope::Kind::table;
     if ((sine && e.mean < std::abs(e.amplitude)) || (table && std::ranges::min(e.values) < 0))

@@ -19,7 +19,7 @@ struct Schedule {
     Output output;
     Map pressure;               // Pa, width*height; of a sequence the greatest |pressure| of each cell over all frames
     double unit = 1;            // Pa: the maps are in this unit, a power of two (in_units)
-    double quantum = 0x1p-1074; // of `pressure`: what one that is no normal number is off by
+    double quantum = 0x1p-1074; // Pa: the rounding of a pressure below 2^-1022; in_parts() divides it
     // Above the receptors of each class that is wanted; null: they answer to their cell alone. Classes of equal depth
     // share one.
     HalfSpaces half_space;
