@@ -314,7 +314,7 @@ TEST_CASE(
     std::optional<Validated> validated; // takes four times as long
     if (night()) validated.emplace();
     const Device vulkan = validated ? validated->device() : Device::open("vulkan");
-    uint64_t seed = night() ? std::random_device()() : 1, count = night() ? 7000 : 300;
+    uint64_t seed = night() ? std::random_device()() : 1, count = night() ? 7000 : 200;
     if (const char* given = std::getenv("DERMIS_WAYS")) {
         char* end = nullptr;
         seed = std::strtoull(given, &end, 10);

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Each command of the gallery draws the picture above it.
 
-    gallery.py DERMIS PAGE FOLDER           the commands that begin with dermis
-    gallery.py DERMIS PAGE FOLDER BENCH     the others too: `./run study` and `./run bench`, by the programs that they
-                                            start and quickly, and the scripts of the folder bench
+    gallery.py DERMIS PAGE FOLDER BENCH     `./run study` and `./run bench` by the programs that they start, and quickly
 """
 import pathlib
 import re
@@ -46,15 +44,14 @@ def run_call(call, work, page, programs):
 
 
 def main():
-    dermis, page, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3])
-    bench = sys.argv[4] if len(sys.argv) > 4 else None
+    dermis, page, folder, bench = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3]), sys.argv[4]
     drawn = 0
     for picture, text in re.findall(r"^!\[[^]]*\]\(([^)]*)\)\n(.*?)(?=^!\[|\Z)", page.read_text(), re.M | re.S):
         name = pathlib.Path(picture).name
         calls = re.findall(r"^    ((?:dermis|\./run|python|/usr/bin/python).*(?:\\\n.*)*)$", text, re.M)
         if not calls:
             sys.exit(f"{picture}: the page has no command that draws it")
-        if calls[0].startswith(ELSEWHERE) or (not bench and not calls[0].startswith("dermis")):
+        if calls[0].startswith(ELSEWHERE):
             continue
         of_dermis = calls[0].startswith("dermis")
         work = folder / (pathlib.Path(picture).stem if of_dermis else re.sub(r"\W+", "_", calls[0]))
@@ -65,7 +62,7 @@ def main():
         if not new or any(path.read_bytes()[:4] != b"\x89PNG" for path in new):
             sys.exit(f"{picture}: not drawn by {calls}")
         drawn += 1
-    if drawn < (19 if bench else 4):
+    if drawn < 19:
         sys.exit(f"{page}: only {drawn} pictures with a command that was run")
     print(f"{drawn} pictures drawn")
 
