@@ -84,7 +84,7 @@ TEST_CASE(
     "output, and models that can serve it agree") {
     const Validated vulkan;
     const char* const given = std::getenv("DERMIS_MARCHES");
-    unsigned first = night() ? std::random_device()() : 1, scenes = night() ? 1000 : 60, compared = 0, beyond_ring = 0;
+    unsigned first = night() ? std::random_device()() : 1, scenes = night() ? 1000 : 80, compared = 0, beyond_ring = 0;
     if (given) first = unsigned(std::stoul(given)), scenes = 1;
     MESSAGE(scenes, " scenes of each kind, seeds from ", first, " on");
     // The numbers of a march, or why it is refused: a sum of loads, or numbers beyond float.
