@@ -83,7 +83,7 @@ template <class K> struct LoopMemory {
     static constexpr int width = 150, pitch = 160, far = 2, most_maps = 40, line = 64 / int(sizeof(real));
 
     LoopMemory(const LoopVariant& v, unsigned seed) : numbers(size_t(most_maps * pitch + 2 * line)) {
-        first = line - int(reinterpret_cast<size_t>(numbers.data()) / sizeof(real)) % line + std::max(v.streamed, 0);
+        first = line - int(reinterpret_cast<size_t>(numbers.data()) % 64 / sizeof(real)) + std::max(v.streamed, 0);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> number(-1, 1);
         for (int i = 0; i < most_maps * pitch; ++i) map(0)[i] = real(number(random));
