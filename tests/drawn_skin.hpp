@@ -145,7 +145,7 @@ inline void draw_options(Random& r, DrawnSkin& drawn) {
     SkinOptions& o = drawn.options;
     if (chance(r, 0.4)) o.precision = chance(r, 0.5) ? Precision::f32 : Precision::f32_compensated;
     if (chance(r, 0.4)) o.hold = Hold::parabolic;
-    if (chance(r, 0.12)) o.control = Control::depth;
+    if (chance(r, 0.12)) o.control = Control::depth, drawn.skin.receptors.fa2 = {};
     if (drawn.takes_material() && chance(r, 0.3))
         for (int i = 0; i < o.count; ++i) o.materials.push_back(like(r, d.material));
     o.shear = drawn.takes_material() && d.sites.empty() && d.edges != published_edges && chance(r, 0.4);

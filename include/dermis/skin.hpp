@@ -33,8 +33,8 @@ struct SkinOptions {
     Hold hold = Hold::linear;
     // depth: where a press is given pressures it takes the depth of each cell, m (without Grid::spacing in units of the
     // thickness), from which the strain follows whatever the material: depth/thickness, and 0 where a depth would pull.
-    // The depths of neighbours do not matter. Needs a thickness > 0; refuses `materials` and set_material(). A
-    // SkinProgram takes pressure alone.
+    // The depths of neighbours do not matter. Needs a thickness > 0; refuses `materials`, set_material() and FA2 as
+    // Fa2::point. A SkinProgram takes pressure alone.
     Control control = Control::pressure;
     // The afferents of each pad, nerve fibres of the skin. Under control = depth they follow the strain. A SkinProgram
     // has none. They read the state after each press: on a Vulkan device a press then waits and downloads the state.

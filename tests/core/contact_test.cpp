@@ -262,6 +262,24 @@ TEST_CASE("a direction as short as doubles can be, or almost along the pad, leav
     }
 }
 
+TEST_CASE("in each cell the traction is the pressure times the slope of the force, of few patches and of many, "
+          "whatever their size") {
+    for (const int count : {1, 40})
+        for (const double radius : {0.0, 0.3 * quarter, 2.5 * quarter, 9 * quarter}) {
+            Buffer b(32, 30);
+            std::vector<float> x(b.pressure.size()), y(b.pressure.size());
+            b.pad.shear_x = x.data(), b.pad.shear_y = y.data();
+            const WorldContact c{
+                .position = {4.1e-3, 3.8e-3, 0}, .force = 1, .radius = radius, .direction = {2, -1, -4}};
+            const ContactReport r = add_contacts(b.pad, Pose(), 1e-3, std::vector<WorldContact>(size_t(count), c));
+            CHECK(b.force() == relative(r.placed, 1e-5));
+            for (size_t i = 0; i < x.size(); ++i) {
+                REQUIRE(double(x[i]) == relative(0.5 * double(b.pressure[i]), 3e-6));
+                REQUIRE(double(y[i]) == relative(-0.25 * double(b.pressure[i]), 3e-6));
+            }
+        }
+}
+
 TEST_CASE("a pose is the same from a matrix, a quaternion, and the middle of a pad") {
     // A quarter turn about z: the pad's x axis is the world's y axis.
     const double position[] = {1, 2, 3}, matrix[] = {0, -1, 0, 1, 0, 0, 0, 0, 1}, quaternion[] = {3, 0, 0, 3};
@@ -503,7 +521,8 @@ TEST_CASE("a bad argument is refused with its name, value and range, and nothing
     CHECK(pad_with([](Pad& p) { p.width = 0; }) == "pad.width = 0; allowed: 1..16384");
     CHECK(pad_with([](Pad& p) { p.spacing = 0; }) == "pad.spacing = 0; allowed: 1e-9..1e6");
     CHECK(pad_with([](Pad& p) { p.pressure = nullptr; }) == "pad.pressure = null; allowed: an address");
-    CHECK(pad_with([](Pad& p) { p.pitch = 7; }) == "pad.pitch = 7; allowed: 0, or >= 8, the pad's width");
+    CHECK(pad_with([](Pad& p) { p.pitch = 7; }) == "pad.pitch = 7; allowed: 0, or the pad's width = 8 .. 2^40");
+    CHECK(pad_with([](Pad& p) { p.pitch = SIZE_MAX; }).find("pad.pitch = 18446744073709551615; allowed: 0, or") == 0);
 
     // The second contact is at fault: the first has not been added.
     const auto contact_with = [&](auto change) {

@@ -64,6 +64,10 @@ TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pre
 TEST_CASE("a skin that is pressed by depth refuses materials and depths that have no meaning") {
     const SkinDescription d = finger(4, 3, 5e-5);
     Skin skin(Device::cpu(1), d, by_depth);
+    SkinDescription point = d;
+    point.receptors.fa2 = Fa2::point; // a rate that jumps has no density
+    refuses([&] { Skin(Device::cpu(1), point, by_depth); },
+            "receptors.fa2 = \"point\"; allowed: \"step-mean\" with control = depth");
     refuses([&] { skin.set_material(d.material); }, "none with control = depth");
     refuses([&] { skin.press(std::vector<float>(12, -INFINITY), 0.01); }, "pressure = -inf in cell [0, 0]");
     refuses([&] { skin.press(std::vector<float>(12, NAN), 0.01); }, "pressure = nan in cell [0, 0]");

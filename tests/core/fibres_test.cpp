@@ -245,6 +245,10 @@ TEST_CASE("substeps are as many as the fastest of filter, membrane, current and 
     CHECK(substeps(slow, 0.2) == std::pair{1, 1});
     CHECK(substeps(slow, 0.3) == std::pair{1, 2}); // a quarter of 1 s in double
     CHECK(substeps(slow, 1.7) == std::pair{2, 8}); // 1.6 s in float
+    for (int n = 1; n <= 4096; n *= 2) {
+        CHECK(substeps(slow, 0.2499 * n).second == n);
+        CHECK(substeps(slow, 1.599 * n).first == n);
+    }
     const auto with = [&](auto change) {
         AfferentModel m = slow;
         change(m);

@@ -231,6 +231,20 @@ TEST_CASE("A world that is turned by a quarter, pad and body, has the same bits"
     CHECK(std::memcmp(here.touch.pressure(), there.touch.pressure(), sizeof(float) * size_t(here.cells())) == 0);
 }
 
+TEST_CASE("A body and its force, mirrored at the pad's diagonal, press the mirrored pad, also if the tilt is bounded") {
+    for (const double off : {0.0, 1e-3, 4e-3}) // m, from the middle of a narrow box, along it
+        for (const double across : {0.0, 3e-4}) {
+            Grip here(20, 9, 1e-3), there(9, 20, 1e-3);
+            here.shape(Body::Kind::box, {7e-3, 7e-4, 4e-3}, {2e-4, 4e-4, 4e-3});
+            there.shape(Body::Kind::box, {7e-4, 7e-3, 4e-3}, {4e-4, 2e-4, 4e-3});
+            here.push({2e-4 + off, 4e-4 + across, 0}, {0, 0, -1});
+            there.push({4e-4 + across, 2e-4 + off, 0}, {0, 0, -1});
+            CHECK(here.press().placed == relative(there.press().placed, 1e-6));
+            for (int x = 0; x < 20; ++x)
+                for (int y = 0; y < 9; ++y) REQUIRE(here.of(x, y) == absolute(there.of(y, x), 1e-5 * here.greatest()));
+        }
+}
+
 TEST_CASE("A finger that goes on beyond its pad carries its share of the force there") {
     const double spacing = 1.5e-3, more = 4 * spacing;
     const auto share = [&](Body::Kind kind, const Vector& size, const Vector& at, const std::array<double, 9>& turn,

@@ -58,3 +58,16 @@ TEST_CASE("a press of pads that is refused names what is wrong, and nothing has 
     options.materials[2].elements = {{1, 1}, {2, 2}};
     refuses(made, "materials[2]");
 }
+
+TEST_CASE("a pad at rest leaves it where one cell alone is pressed, whichever") {
+    const Validated vulkan;
+    const SkinDescription d = ridged(7, 3);
+    const int cells = 21;
+    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+        Skin batch(device, d, {.responses = {Quantity::sa1}, .count = cells}); // in pad i cell i
+        std::vector<float> pressure(size_t(cells * cells));
+        for (int i = 0; i < cells; ++i) pressure[size_t(i * cells + i)] = 1e3f;
+        batch.press(pressure, 0.01);
+        for (int i = 0; i < cells; ++i) CHECK(batch.response(Quantity::sa1)[i * cells + i] > 0);
+    }
+}

@@ -225,6 +225,7 @@ void check_inputs(const Validated& vulkan, int width, int height, bool later) {
     SkinDescription d = deep_ridges(width, height);
     d.receptors.depth = {.sa1 = 3e-4, .sa2 = {}, .fa1 = {}, .fa2 = 1.2e-3};
     d.material.spring.reset(); // whose strain a step rounds otherwise than who reads the state
+    if (later) d.material.elements.push_back({.modulus = 4e5, .viscosity = 2e3});
     SkinDescription as_input = d;
     as_input.material.curvature_length = 0;
     SkinOptions options, plain;

@@ -229,9 +229,9 @@ std::vector<typename K::real> spread_by(const simd::Isa& isa, const model::Prepa
 }
 
 // Compares pads that stand side by side, as each instruction set has them, and alone with plain loops.
-template <class K> void compare_spreads(const model::PreparedSkin& skin, const model::Depth& depth) {
+template <class K> void compare_spreads(const model::PreparedSkin& skin, const model::Depth& depth, double deeper) {
     std::vector<typename cpu::Spreading<K>::Class> classes;
-    for (const auto& [q, deep] : {std::pair{QUANTITY_SA1, depth.depth}, {QUANTITY_FA2, 5 * depth.depth}})
+    for (const auto& [q, deep] : {std::pair{QUANTITY_SA1, depth.depth}, {QUANTITY_FA2, deeper * depth.depth}})
         classes.push_back({q, std::make_shared<const model::Spread>(
                                   model::spread_of({deep, depth.kernel, depth.poisson}, skin.width(), skin.height()))});
     for (const simd::Isa* isa : simd::isas())
@@ -273,8 +273,10 @@ TEST_CASE(
             SkinDescription d = small_scene(side, std::min(side, 23));
             d.receptors.fa2 = Fa2::point;
             const model::PreparedSkin skin = model::prepare_skin(d, 1);
-            compare_spreads<f32>(skin, {0.1 * side, kernel, 0.4});
-            compare_spreads<f64>(skin, {0.1 * side, kernel, 0.4});
+            for (const double deeper : {0.2, 5.0}) { // FA2 than SA1
+                compare_spreads<f32>(skin, {0.1 * side, kernel, 0.4}, deeper);
+                compare_spreads<f64>(skin, {0.1 * side, kernel, 0.4}, deeper);
+            }
         }
 }
 

@@ -13,8 +13,8 @@ void need_memory(const char* name, bool given) {
 }
 
 void need_pitch(const char* name, size_t pitch, int width) {
-    if (pitch != 0 && pitch < size_t(width))
-        scene::refuse(name, std::to_string(pitch), "0, or >= " + std::to_string(width) + ", the pad's width");
+    if (pitch != 0 && (pitch < size_t(width) || pitch > size_t(1) << 40))
+        scene::refuse(name, std::to_string(pitch), "0, or the pad's width = " + std::to_string(width) + " .. 2^40");
 }
 
 void need_apart(const char* name, const Pad& pad, const void* first, const void* end) {

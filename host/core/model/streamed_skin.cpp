@@ -60,8 +60,7 @@ std::vector<Quantity> asked_responses(const SkinDescription& d, const SkinOption
     if (options.responses.empty() && d.sites.empty())
         scene::refuse("responses", "(none)",
                       "some of " + scene::receptor_class_names() + ", or sites in the description");
-    if (d.sites.empty()) return asked;
-    asked.clear();
+    if (!d.sites.empty()) asked.clear();
     for (const Site& site : d.sites) asked.push_back(site.type);
     return asked;
 }
@@ -84,9 +83,11 @@ void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::v
         scene::refuse("receptors.depth", "(given)", "none with control = depth, where no pressure is known");
     if (!options.materials.empty())
         scene::refuse("materials", "(given)", "none with control = depth, where the strain follows from the depth");
+    if (s.receptors.fa2 == Fa2::point && std::ranges::count(asked, Quantity::fa2))
+        scene::refuse("receptors.fa2", "\"point\"", "\"step-mean\" with control = depth");
     scene::drop_maps(s.material);
     std::vector<KelvinVoigt> chain = {{.modulus = 1, .viscosity = 0}};
-    if (std::count(asked.begin(), asked.end(), Quantity::fa2)) chain.push_back({.modulus = 1, .viscosity = HUGE_VAL});
+    if (std::ranges::count(asked, Quantity::fa2)) chain.push_back({.modulus = 1, .viscosity = HUGE_VAL});
     scene::take_chain(s.material, chain);
 }
 
@@ -382,8 +383,7 @@ void StepTables::set_elements(const PadList& pads, const std::vector<Element>& e
 f32::Constants frame_constants(const PreparedSkin& skin, const f32::Coefficients& coefficients) {
     f32::Constants c = constants_of<f32>(skin, skin.whole());
     c.coefficients = coefficients;
-    c.rise = 1;
-    c.respond = 1;
+    c.rise = 1, c.respond = 1;
     return c;
 }
 

@@ -76,9 +76,13 @@ scene::ValidatedScene felt_by(const Group& group, const std::vector<Afferents>& 
     return felt;
 }
 
-// Divides the step of a schedule by a power of two, so that lines follow every sine.
-void divide(model::Schedule& s) {
+// Divides the step of a schedule by a power of two, so that lines follow every sine and last at most a substep of each
+// fibre: where lines meet the rate of the input jumps, which a filter of FA2 would follow from longer lines.
+void divide(model::Schedule& s, const Group& group, const std::vector<Afferents>& all) {
     const double step = s.time.step;
+    for (size_t i : group.entries)
+        if (f64::FibreConstants k; model::fill_fibre_constants<f64>(model::kind_of(all[i]).model, s.time.step, k))
+            s.time.step /= k.substeps;
     for (size_t i = 0; i < s.products(); ++i) {
         const Envelope& e = s.product(i).load.envelope;
         if (s.framed || e.kind != Envelope::Kind::sine) continue;
@@ -121,8 +125,7 @@ std::vector<Instant> stops_of(const model::Schedule& s, const std::vector<model:
     std::vector<model::Element> slow;
     std::ranges::copy_if(elements, std::back_inserter(slow), [](auto& e) { return !scene::is_elastic(e); });
     scene::TauRange range = scene::tau_range(slow);
-    range.min = std::max(range.min, least_tau);
-    range.max = std::max(range.max, range.min);
+    range.min = std::max(range.min, least_tau), range.max = std::max(range.max, range.min);
     const double interval = s.framed ? *s.load.interval : 0;
     const std::vector<Instant> bends = bends_of(s);
     std::vector<Instant> stops = {Instant(s.time.duration)};
@@ -208,16 +211,13 @@ class FibreSteps {
 void run_group(const Group& group, const std::vector<Afferents>& all, const Scene& asked, int threads,
                std::pair<double, double> done, std::vector<FiredSpike>& spikes) {
     model::PreparedRun run = model::prepare_run(felt_by(group, all, asked), false, threads);
-    divide(run.schedule);
+    divide(run.schedule, group, all);
     const bool separable = why_not_separable(run.skin, run.schedule).empty();
     if (separable) run = in_units(in_parts(std::move(run)));
     model::Schedule& schedule = run.schedule;
     schedule.field_times = stops_of(schedule, elements_of(run.skin, schedule));
-    for (model::Schedule& other : schedule.others) {
-        other.time = schedule.time;
-        other.outputs = schedule.outputs;
-        other.field_times = schedule.field_times;
-    }
+    for (model::Schedule& other : schedule.others)
+        other.time = schedule.time, other.outputs = schedule.outputs, other.field_times = schedule.field_times;
     const auto fire =
         std::make_shared<FibreSteps>(group, all, schedule.between_outputs(), threads, spikes); // outlives no sink
     const auto sink = [fire](const model::Step& step, const model::Sample& sample) { (*fire)(step, sample); };
