@@ -66,6 +66,7 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
     Skin skin(Device::cpu(1), d, by_depth);
     SkinDescription point = d;
     point.receptors.fa2 = Fa2::point; // a rate that jumps has no density
+    point.material = {.modulus = 1e5, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 0};
     refuses([&] { Skin(Device::cpu(1), point, by_depth); },
             "receptors.fa2 = \"point\"; allowed: \"step-mean\" with control = depth");
     refuses([&] { skin.set_material(d.material); }, "none with control = depth");

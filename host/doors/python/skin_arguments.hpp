@@ -50,7 +50,7 @@ class PadNumbers {
         const std::optional<AnyArray> array = array_in(named);
         if (array ? !take(*array, count) : !take(named))
             scene::refuse("pads", description_of(argument),
-                          "integers, or an array of " + std::to_string(count) + " bools, one for each pad");
+                          "a list of integers, or an array of " + std::to_string(count) + " bools, one for each pad");
         if (axes.size() == 1) shape_ = {numbers_.size()};
     }
     Pads pads() const { return all_ ? Pads() : Pads(numbers_); }

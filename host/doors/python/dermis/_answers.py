@@ -138,7 +138,7 @@ def _answer(scope: Any, name: str, function: Any) -> None:
         no_call = (scope.__name__, given[1:], "objects that functions of dermis return")
         for fault in min(reversed(faults), key=len, default=[no_call]):  # of the overload that was meant
             _core.refuse(*fault)
-        _core.refuse("arguments", given, f"those of {signatures[0][0]}")
+        _core.refuse("arguments", given[is_method:], f"those of {signatures[0][0]}")
 
     is_method = isinstance(scope, type) and type(function).__name__ != "nb_func"
     if signatures:
