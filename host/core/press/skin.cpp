@@ -383,7 +383,7 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) {
         const model::PadList list = impl_->list_of(pads);
         const char* const given = static_cast<const char*>(state);
         const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
-        const StateParts<const char> from = impl_->saved_state.read(own.empty() ? given : own.data(), bytes, list.count);
+        const auto from = impl_->saved_state.read(own.empty() ? given : own.data(), bytes, list.count);
         impl_->spiking.need_possible(from.fibres, list.count);
         impl_->last_steps.reset(list); // a state may have none
         impl_->load(list, from);
