@@ -261,6 +261,7 @@ def test_what_cannot_be_fitted_is_refused_by_name():
             (lambda: dermis.fit_relaxation([1, 2, 3], [-1, -2, -3], 1, "absolute"), "moduli = no number > 0"),
             (lambda: dermis.fit_relaxation([1, 2, 3], [1, np.nan, 3]), "moduli[1] = nan; allowed: a finite number"),
             (lambda: dermis.fit_histories([]), "times = 0 numbers; allowed: at least 3"),
+            (lambda: dermis.fit_histories([1, 2]), "histories[0] = 1; allowed: (times, strains, stresses)"),
             (lambda: dermis.fit_histories([good[:2]]), "histories[0] = "),
             (lambda: dermis.fit_histories([(good[0], good[1][:3], good[2])]), "histories[0].strains = 3 numbers"),
             (lambda: dermis.fit_histories([good, ([0, 2, 1], [0, 1, 1], [0, 1, 1])]),

@@ -123,6 +123,6 @@ def fit_histories(histories: Sequence[tuple[Any, Any, Any]], n: int | None = Non
     """
     all_ = list(histories)
     for i, history in enumerate(all_):
-        if len(history) != 3:
+        if not hasattr(history, "__len__") or len(history) != 3:
             refuse(f"histories[{i}]", history, "(times, strains, stresses)")
     return _fitted("history", all_, n, residual)
