@@ -60,7 +60,7 @@ struct Pad {
     int width = 0, height = 0; // cells, 1..16384
     double spacing = 0;        // m between cells, 1e-9..1e6
     float* pressure = nullptr; // not null; the caller sees to it that the floats are finite
-    std::size_t pitch = 0;     // floats from row to row, >= width; 0: width
+    std::size_t pitch = 0;     // floats from row to row, width..2^40; 0: width
     bool tiled = false;        // whether pads lie side by side and share patches: the part of a patch beyond the border
                                // then belongs to the neighbours, and counts in no member of this pad's report
     // m, the radii of the surface along x and along y at the pad's middle; 0: straight in that direction. At least
@@ -198,7 +198,7 @@ struct Body {
 // Writes to each cell how deep a body reaches below the pad's surface, along the surface's normal there, m: what
 // DepthMap::depth takes. A gap is negative; where the body is neither above nor below a cell the depth is -1e6. What is
 // deeper than a radius of the pad, or higher above it, counts as if it were not there. depth: the caller's array,
-// depth[y*pitch + x]. pitch: floats from row to row, >= width; 0: width. The pad's pressure is not touched.
+// depth[y*pitch + x]. pitch: floats from row to row, width..2^40; 0: width. The pad's pressure is not touched.
 DERMIS_API void fill_depths(const Pad&, const Pose&, const Body&, float* depth, std::size_t pitch = 0);
 
 // The stiffness, Pa per m, of an elastic foundation on which a ball presses a patch with the radius of Hertz's:
@@ -215,7 +215,7 @@ struct DepthMap {
     Reals depth;           // m, -1e6..1e6; depth[y*pitch + x] is the depth of cell (x, y)
     double force = 0;      // N, >= 0
     double stiffness = 0;  // Pa per m, 0 or 1e-6..1e30
-    std::size_t pitch = 0; // numbers from row to row, >= width; 0: width
+    std::size_t pitch = 0; // numbers from row to row, width..2^40; 0: width
 };
 using Depths [[deprecated("use dermis::contact::DepthMap")]] = DepthMap;
 

@@ -313,7 +313,7 @@ typedef struct dermis_contact_pad {
     int32_t width, height; // cells, 1..16384
     double spacing;        // m between cells, 1e-9..1e6
     float* pressure;       // Pa, finite
-    size_t pitch;          // floats from row to row, >= width; 0: width
+    size_t pitch;          // floats from row to row, width..2^40; 0: width
     int32_t tiled;         // 1: pads lie side by side and share patches: the part of a patch beyond the border then
                            // belongs to the neighbours, and counts in no member of this pad's report. Else 0, also for
                            // a program that gives a size without this member and the next ones
@@ -410,7 +410,7 @@ typedef struct dermis_body {
 } dermis_body;
 // Writes to each cell how deep a body reaches below the pad's surface, along its normal there, m, as dermis_depths
 // takes it. A gap is negative, and -1e6 where no part of the body is above or below the cell. depth: the caller's
-// array, depth[y*pitch + x]. pitch: floats from row to row, >= width; 0: width. The pad's pressure is not touched.
+// array, depth[y*pitch + x]. pitch: floats from row to row, width..2^40; 0: width. The pad's pressure is not touched.
 DERMIS_API dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const dermis_pose* pose,
                                             const dermis_body* body, float* depth, size_t pitch);
 
@@ -418,7 +418,7 @@ DERMIS_API dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const
 typedef struct dermis_depths {
     size_t size;        // sizeof(dermis_depths)
     const float* depth; // m, -1e6..1e6; depth[y*pitch + x] is the depth of cell (x, y)
-    size_t pitch;       // floats from row to row, >= width; 0: width
+    size_t pitch;       // floats from row to row, width..2^40; 0: width
     double force;       // N, finite, >= 0
     double stiffness;   // Pa per m, 1e-6..1e30, or 0: pressure is in proportion to depth
 } dermis_depths;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Every header compiles alone, and includes what it uses. Arguments: compiler, folder of the sources, other folders.
 
-By day the public ones are compiled. A header that is the first include of another one is compiled by that. Compilers differ in what their own headers bring
-along, so that whoever uses a name of the standard library includes the header of that name, or does so by a header of
+By day the public headers are compiled, by night all. A header that is the first include of another one is compiled by
+that. Compilers differ in what their own headers bring along, so that whoever uses a name of the standard library includes the header of that name, or does so by a header of
 this project.
 """
 

@@ -52,7 +52,7 @@ CLAIMS = "--test-case-exclude=" + ",".join(CLAIMS_OF_BITS)
 
 
 def environment(shim, layer_folder, layers):
-    # lavapipe, if not told otherwise, compiles without optimising, in half the time: bits do not depend on that.
+    # If the caller does not set it: lavapipe compiles shaders without optimising, which takes less time. Bits are equal.
     return {"GALLIVM_PERF": "nopt", **os.environ, "DERMIS_SHIM": shim, "VK_INSTANCE_LAYERS": layers,
             "VK_LAYER_PATH": f"{layer_folder}:/usr/share/vulkan/explicit_layer.d"}
 

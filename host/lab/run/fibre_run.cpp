@@ -77,7 +77,7 @@ scene::ValidatedScene felt_by(const Group& group, const std::vector<Afferents>& 
 }
 
 // Divides the step of a schedule by a power of two, so that lines follow every sine and last at most a substep of each
-// fibre: where lines meet the rate of the input jumps, which a filter of FA2 would follow from longer lines.
+// fibre: where two lines meet the rate of the input jumps, and over longer lines FA2's filter would follow the jump.
 void divide(model::Schedule& s, const Group& group, const std::vector<Afferents>& all) {
     const double step = s.time.step;
     for (size_t i : group.entries)
@@ -93,7 +93,7 @@ void divide(model::Schedule& s, const Group& group, const std::vector<Afferents>
     }
     s.outputs = static_cast<long long>(std::ceil(s.time.duration / s.time.step - 1e-9));
     scene::need(s.outputs <= static_cast<long long>(most_steps), "time.step", step,
-                "with afferents at most 1e9 steps in time.duration, after it is halved until lines follow a sine");
+                "with afferents at most 1e9 steps in time.duration, after it is halved to follow sines and afferents");
 }
 
 // The times at which the load may jump or bend, ascending, from 0 on; of frames, those of the frames.
